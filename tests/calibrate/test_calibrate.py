@@ -83,7 +83,7 @@ def test_a_level_vehicle_at_the_object_s_depth_is_not_told_its_pitch() -> None:
     assert results["yaw"].known
     assert not results["pitch"].known
     text = "\n".join(lines(fit, MountingSettings(pitch_deg=-1.0), 0.0))
-    assert "pitch: cannot be told from this recording" in text
+    assert "pitch: cannot be determined from this recording" in text
     assert "pitch_deg = -1  # not determined" in text
 
 

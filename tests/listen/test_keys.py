@@ -113,7 +113,7 @@ def test_a_list_that_others_may_write_lets_nobody_in(tmp_path: Path) -> None:
         (LISTEN, 'bus: keys: missing: the folder in which `ods keys make` puts the keys, such as "keys"'),
         ('listen = [{at = "tcp://127.0.0.1:5600"}]', "bus.listen[0].topics: missing"),
         (LISTEN.replace("obstacles", "obstacle"), "bus: listen[0].topics: 'obstacle' is none of ping, pose, "),
-        (LISTEN.replace('"obstacles"', ""), "bus.listen[0]: topics: none is named"),
+        (LISTEN.replace('"obstacles"', ""), "bus.listen[0]: topics: must name at least one topic"),
         (LISTEN.replace("tcp://127.0.0.1:5600", "tcp://planner:5600"), "bus.listen[0]: at: tcp://planner:5600: needs"),
         (LISTEN.replace("tcp://127.0.0.1:5600", "tcp://*:5600"), "bus.listen[0]: at: tcp://*:5600: needs an"),
         (LISTEN.replace("tcp:", "udp:"), "bus.listen[0]: at: udp://127.0.0.1:5600: expected an address and a port"),
@@ -144,7 +144,7 @@ def test_none_listens_unless_it_is_said(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_a_process_without_anything_to_say_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["listen", "--config", str(config(tmp_path, ""))]) == 2
-    assert capsys.readouterr().err.startswith("ods listen: bus.listen: missing: `at` and `topics` say what")
+    assert capsys.readouterr().err.startswith("ods listen: bus.listen: missing: set `at` (address)")
     assert main(["listen", "--config", str(config(tmp_path, f'keys = "keys"\n{LISTEN}'))]) == 2
     server = tmp_path / "keys" / "server.secret"
     wanted = f"ods listen: bus.keys: {server}: No such file or directory (`ods keys make` makes keys)\n"

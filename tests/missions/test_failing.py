@@ -73,7 +73,7 @@ def test_a_variant_sets_keys_anew_and_keeps_the_others(campaign: Path) -> None:
         (
             "world.dead_ends = 1",
             'errors.fault = [{ kind = "ins_silent", at_s = 0.0, for_s = 1.0 }]',
-            "ins_silent is none in the image",
+            "ins_silent does not apply to images",
         ),
     ],
 )

@@ -582,9 +582,9 @@ def test_a_map_that_does_not_fit_is_one_line(floats: Path, changes: dict[str, st
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"epoch": ["SBG_ECAN_MSG_EKF_INFO"]}, "nav.dbc.epoch: must name SBG_ECAN_MSG_EKF_ALTITUDE, "),
+        ({"epoch": ["SBG_ECAN_MSG_EKF_INFO"]}, "nav.dbc.epoch: must also list SBG_ECAN_MSG_EKF_ALTITUDE, "),
         ({"epoch": ["SBG_ECAN_MSG_EKF_INFO"] * 2}, "nav.dbc.epoch: lists a message twice"),
-        ({"epoch": ["X"]}, "nav.dbc.epoch: must name "),
+        ({"epoch": ["X"]}, "nav.dbc.epoch: must also list "),
         ({"time": "SBG_ECAN_MSG_EKF_POS.LATITUDE"}, "nav.dbc.time: the DBC's unit 'deg' is not known as one of s"),
         ({"valid": [ValiditySettings(signal="A.B", mask=1)]}, "nav.dbc.valid[0]: no message 'A' in the DBC"),
         (

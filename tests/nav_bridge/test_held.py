@@ -192,11 +192,11 @@ def test_whole_and_fraction_in_two_frames_are_combined_within_one_instant_only(t
         ),
         (
             split(held={"WHOLE": HeldSettings()}),
-            "nav.dbc.signals.latitude: its parts are of one instant only if neither",
+            "nav.dbc.signals.latitude: its two signals belong to one instant only if neither",
         ),
         (
             {"held": {"DVL": HeldSettings()}, "epoch": ["ATTITUDE", "PLACE", "DEPTH", "DVL"]},
-            "nav.dbc.epoch: names a message that is held",
+            "nav.dbc.epoch: lists a message that nav.dbc.held",
         ),
     ],
 )

@@ -505,11 +505,11 @@ def test_two_talkers_are_said_and_one_can_be_named() -> None:
     source, counters = source_of(USUAL)
     for line in lines:
         source.take(Line(line, 0))
-    assert "GGA comes of GP and IN: name one in nav.nmea, such as GPGGA" in source.problems(NS)
+    assert "GGA comes from the talkers GP and IN: name one in nav.nmea, such as GPGGA" in source.problems(NS)
     source, counters = source_of(msgspec.structs.replace(USUAL, place="INGGA"))
     for line in lines:
         source.take(Line(line, 0))
-    assert not any("comes of" in problem for problem in source.problems(NS))
+    assert not any("comes from" in problem for problem in source.problems(NS))
     assert counters == {"nmea_other": 1, "nmea_sentences": 1}
 
 
@@ -520,7 +520,7 @@ def test_a_second_talker_that_is_silent_again_is_no_problem_any_more(caplog: pyt
         source.take(Line(ins.gga(second * NS, "IN"), second * NS))
         if second in (3, 18):
             source.take(Line(ins.gga(second * NS, "GP"), second * NS))
-        told = any("comes of GP and IN" in problem for problem in source.problems(second * NS))
+        told = any("comes from the talkers GP and IN" in problem for problem in source.problems(second * NS))
         assert told == (3 <= second <= 13 or 18 <= second <= 28), second
     assert counters["nmea_talkers"] == 22
     assert [record.getMessage() for record in caplog.records] == [

@@ -124,7 +124,7 @@ def test_a_child_that_is_at_work_while_it_starts_is_not_killed(
     assert (child.pid, child.busy) == (first, STARVED)
     child.step(33.0)  # neither ran nor waited for a processor since
     assert child.pid == 0
-    assert caplog.text.count("nav gives no sign of life yet") == 1
+    assert caplog.text.count("nav has sent no watchdog message yet") == 1
     assert "nav sent no watchdog message in time: killed" in caplog.text
     child.reap(0.0)
 

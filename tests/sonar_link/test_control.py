@@ -136,7 +136,7 @@ def test_a_refusal_is_said_at_once_with_its_code() -> None:
     wanted.answered(ControlReply(request.ticket, 2))
     assert wanted.problems() == ["the sonar refused range 500 m (error 2): it has not reported its settings"]
     wanted.take(Controls(100.0), 10 * S)
-    assert wanted.problems() == ["the sonar refused range 500 m (error 2): it says 100 m"]
+    assert wanted.problems() == ["the sonar refused range 500 m (error 2): it reports 100 m"]
     assert sent(wanted, 11) == []
 
 
@@ -167,7 +167,7 @@ def test_a_value_that_is_no_number_is_not_what_was_asked_for() -> None:
     for second in range(1, 9):
         wanted.take(Controls(100.0, 0.0, NAN), second * S)
         sent(wanted, second)
-    assert wanted.problems() == ["the sonar did not accept gain 20 dB: it says nan dB"]
+    assert wanted.problems() == ["the sonar did not accept gain 20 dB: it reports nan dB"]
 
 
 def test_a_refused_subscription_is_said() -> None:
@@ -231,7 +231,7 @@ def test_a_planner_hears_why_not() -> None:
     planners.requests.answer(5 * S)
     assert planners.reason(b"silence") == "the sonar said nothing for 4 s; it will be asked when it is back"
     planners.ask(b"absurd", range_m=float("inf"))
-    assert planners.reason(b"absurd") == "range_m: inf is no number"
+    assert planners.reason(b"absurd") == "range_m: inf is not a number"
 
 
 def test_a_wish_that_is_refused_leaves_what_was_ordered_before() -> None:
@@ -245,7 +245,7 @@ def test_a_wish_that_is_refused_leaves_what_was_ordered_before() -> None:
         orders.take(Controls(100.0, NAN, 10.0), at_s * S + 1)
         orders.answered(ControlReply(asked[configured.command].ticket, 2))
         planners.requests.answer(at_s * S + 2)
-        assert planners.reason(name) == "the sonar refused range 500 m (error 2): it says 100 m"
+        assert planners.reason(name) == "the sonar refused range 500 m (error 2): it reports 100 m"
         assert orders.problems() == []
     orders.connected()
     assert sorted(sent(orders, 9)) == [(1003, 100.0), (1008, 10.0)]

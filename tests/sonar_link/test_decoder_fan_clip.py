@@ -108,7 +108,7 @@ def test_without_pyav_one_line_tells_what_to_install(tmp_path: Path, monkeypatch
     path = tmp_path / "clip.avi"
     path.write_bytes(clip(b"MJPG", 24, 128, 144, [jpeg(fan_picture(3.0, 0.0))]))
     monkeypatch.setitem(sys.modules, "av", None)
-    with pytest.raises(PingFileError, match=r"clips are decoded by PyAV: pip install 'ods\[clips\]'$"):
+    with pytest.raises(PingFileError, match=r"decoding clips needs PyAV: pip install 'ods\[clips\]'$"):
         open_pings(path, FAN)
 
 

@@ -180,7 +180,7 @@ def test_a_sonar_is_left_alone_when_nothing_is_configured(far_end: FarEnd, start
 
 def test_what_the_sonar_will_not_do_is_said_in_plain_words(far_end: FarEnd, start: Callable[..., Process]) -> None:
     process = start(range_m=900.0)
-    process.wait(lambda: "the sonar refused range 900 m (error 2): it says 100 m" in process.problems())
+    process.wait(lambda: "the sonar refused range 900 m (error 2): it reports 100 m" in process.problems())
     process.wait(lambda: len(process.pings) > 3)  # it goes on
 
 

@@ -72,8 +72,8 @@ def test_settings_that_are_lost_later_are_counted_and_asked_for_again() -> None:
 @pytest.mark.parametrize(
     ("told", "said"),
     [
-        ({"mode": 2}, "mode 1: it says 2"),
-        ({"gamma": 255}, "gamma 127: it says 255"),
+        ({"mode": 2}, "mode 1: it reports 2"),
+        ({"gamma": 255}, "gamma 127: it reports 255"),
         ({"range_m": float("nan")}, "range 20 m: it reports nan m"),
         ({"gain_percent": 59.0}, "gain 60 %: it reports 59 %"),
         ({"salinity_ppt": 0.0}, "salinity 35 ppt: it reports 0 ppt"),
