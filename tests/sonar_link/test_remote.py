@@ -191,7 +191,7 @@ def test_a_planner_sets_the_range(far_end: FarEnd, start: Callable[..., Process]
     process.wait(lambda: process.range_m() == 50.0)
     answer = planner.ask(SonarRequest(gain_db=20.0, power_db=200.0))
     assert (answer.range_m, answer.gain_db, answer.power_db) == (50.0, 20.0, 200.0)
-    with pytest.raises(SonarError, match=r"the sonar refused range 500 m \(error 2\): it says 50 m"):
+    with pytest.raises(SonarError, match=r"the sonar refused range 500 m \(error 2\): it reports 50 m"):
         planner.set_range(500.0)
     far_end.stubborn = True
     with pytest.raises(SonarError, match="the sonar did not accept range 70 m: it reports 50 m"):

@@ -141,7 +141,7 @@ class CommandControl:
             return f"the sonar did not answer {command.words}"
         if command.name in ABOUT or len(answer) < len(command.values) or _alike(command.values, answer):
             return ""
-        return f"the sonar did not take {command.words}: it says {' '.join(f'{value:g}' for value in answer)}"
+        return f"the sonar did not accept {command.words}: it reports {' '.join(f'{value:g}' for value in answer)}"
 
 
 def _alike(wanted: tuple[float, ...], answer: tuple[float, ...]) -> bool:

@@ -43,7 +43,7 @@ def test_what_it_answers_otherwise_or_not_at_all_is_said() -> None:
     sent = [request for turn in range(40) for request in control.requests(turn * S // 4)]
     assert sent == [b"set_range 0 40\r\n"] * 3 + [b"set_power 1\r\n"] * 3
     assert control.problems() == [
-        "the sonar did not accept set_mode 0: it says 1",
+        "the sonar did not accept set_mode 0: it reports 1",
         "the sonar did not answer set_range 0 40",
         "the sonar did not answer set_power 1",
     ]

@@ -197,7 +197,7 @@ def test_why_there_is_no_image_the_likeliest_cause_first() -> None:
         "192.168.53.68 port 2209: connection refused"
     ]
     answer_all(protocol, S, set_power="set_power 0")
-    assert protocol.problems(6 * S) == ["connected, but no image: the sonar did not accept set_power 1: it says 0"]
+    assert protocol.problems(6 * S) == ["connected, but no image: the sonar did not accept set_power 1: it reports 0"]
     answer_all(protocol, S)
     assert "Another program that is connected and does not read stalls all others" in protocol.problems(6 * S)[0]
     unanswered = make()
