@@ -82,7 +82,7 @@ class LifeSettings(Settings, frozen=True):
 
     confirm_echoes: Annotated[int, msgspec.Meta(ge=2), slider(2, 10)] = 3
     """Number of echoes before a new object is reported."""
-    confirm_existence: Annotated[Probability, slider(0.5, 0.99, step=0.01)] = 0.98
+    confirm_existence: Annotated[Probability, slider(0.5, 0.99, step=0.01)] = 0.99
     """Existence probability before a new object is reported. More: fewer false obstacles, later confirmation."""
     drop_existence: Annotated[Probability, slider(0.05, 0.95, step=0.01)] = 0.4
     """A reported object below this existence probability is dropped."""

@@ -13,7 +13,7 @@
 #define SMALLER_SIGMAS 3.0
 /* Rows of the tables of echoes and of evidence. */
 #define ECHO_ROWS 12
-#define EVIDENCE_ROWS 6
+#define EVIDENCE_ROWS 5
 #define AREA_OF_UNIT_CIRCLE 3.14159265358979323846
 
 /* An image of m echoes, and what is expected of n objects in it. */
@@ -142,7 +142,6 @@ static void fill_evidence(const ScanEvidence *evidence, const Shown *shown, cons
     for (int64_t k = 0; k < shown->count; k++) {
         const int64_t i = shown->objects[k];
         evidence->llr[i] = shown->llr[k];
-        evidence->strength[i] = echoes.strength[k];
         if (shown->off_centre[k] == 0.0 && merged[i] == 0.0 && echoes.cut[k] == 0.0)
             fill_in_how_it_sets_in(evidence, i, &echoes, k, bodies);
     }
@@ -167,7 +166,7 @@ KERNEL_BOOL(
     ", f8[12,p] assigned, b1[m] explained, f8[12,m] echo_table, f8[m] per_m2, f8[8,n] predicted, "
     "f8[3,n] position, f8[n] radius, b1[n] confirmed, f8[n] visibility, f8[n] watched, b1[n] inside, b1[n] skipped, "
     "float detection_probability, out i8[room] objects, out f8[12,room] table, out f8[room] llr, "
-    "out f8[room] off_centre, out i8[m] unexplained, out b1[n] hit, out f8[6,n] evidence, out b1[m] free, out i8[2] counts")
+    "out f8[room] off_centre, out i8[m] unexplained, out b1[n] hit, out f8[5,n] evidence, out b1[m] free, out i8[2] counts")
 {
     const Hypotheses pairs = hypotheses_from(arguments, 0);
     const int64_t n = SIZE(10, 0), m = SIZE(5, 0);

@@ -125,7 +125,7 @@ def shown(
 def _new_track_evidence(rest: Echoes, clutter: Clutter, sector: Sector) -> NewTrackEvidence:
     """Return what is known of the echoes `rest`, which no object explains."""
     rows, density = rest.rows, clutter.density(rest, sector).per_scan
-    return NewTrackEvidence(density, rows.range_m, rows.onset, rows.front, rows.strength)
+    return NewTrackEvidence(density, rows.onset, rows.front)
 
 
 def _measured(shown: Shown, prediction: ScanPrediction, half_vertical: float) -> PositionMeasurement:

@@ -24,16 +24,15 @@
         onset         how sharply the echo sets in: how many of a track's echoes are sharp, beta-binomial
         leading edge  how likely it sets in as an object does, by the pipeline's network: mean of the last log-odds,
                       normal
-        strength      its level over the background: mean of the track's echoes against those of clutter, logistic
         motion        how likely the track's filter takes it to be at rest: clutter does not move
       Each keeps two sums a track (`update`), and turns them into one log-likelihood ratio (`log_ratio`). An echo
       replaces the ratio applied so far by the new one. Ratios are of the sums, not products over echoes: what lasts
-      from scan to scan (a crest keeps its shape, a strong highlight stays strong) must not count anew with each echo.
+      from scan to scan (a crest keeps its shape) must not count anew with each echo.
       All ratios are clamped, so that no feature alone decides.
 
-   How much clutter there is and how strong it is differ from bed to bed, so both are learned (ClutterStatistics): its
-   share from tracks that ended without having been objects, each weighted by its probability of clutter, its strengths
-   from all echoes that no confirmed track explains. An object that is there teaches nothing: its track does not end.
+   How much clutter there is differs from bed to bed, so it is learned (ClutterStatistics): its share from tracks that
+   ended without having been objects, each weighted by its probability of clutter, its echoes a scan from those that no
+   confirmed track explains. An object that is there teaches nothing: its track does not end.
 
    A new feature is one more line in FEATURE, its two functions, three rows of the table, and what is measured. */
 
@@ -48,12 +47,6 @@
 #define LEAST_MISSED 1e-3
 /* Largest log-likelihood ratio of one echo; e^30 leaves nothing of any doubt. */
 #define MOST_EVIDENCE 30.0
-/* Keeps means over no echoes finite. */
-#define LEAST_ECHOES 1e-9
-/* Strengths of clutter are never taken to be more alike than this. */
-#define LEAST_SIGMA_DB 0.5
-/* Classes of range whose strengths are counted apart. */
-#define RINGS 10
 
 /* `ExistenceModel` of model.py, which says what each is. */
 typedef struct {
@@ -61,21 +54,19 @@ typedef struct {
     double sharp, object_sharp, object_slow, clutter_sharp, clutter_slow;
     double onset_for, onset_against, onset_enough, odds_factor;
     double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
-    double lasting, span_db, strength_limit, pooled, strength_few, motion_for;
-    double calm_share, new_share, many, share_tracks, most_share, share_memory;
-    double strength_memory;
+    double motion_for;
+    double calm_share, new_share, many, share_tracks, most_share, share_memory, echo_memory;
 } Model;
 
-#define MODEL "f8[37] model"
+#define MODEL "f8[32] model"
 
-/* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended; of strengths, by ring, over the
-   echoes of the last scans that no confirmed track explains. */
+/* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended; the last scans, and their echoes
+   that no confirmed track explains. */
 typedef struct {
-    double clutter_tracks, ended_tracks;
-    double scans, count[RINGS], sum[RINGS], squares[RINGS];
+    double clutter_tracks, ended_tracks, scans, echoes;
 } Counts;
 
-#define COUNTS "f8[33] counts"
+#define COUNTS "f8[4] counts"
 
 typedef struct {
     double visible, silent, nothing, clutter;
@@ -91,22 +82,12 @@ typedef struct {
     double object, clutter;
 } HitRates;
 
-/* What clutter is like where a track is. */
+/* What is known beforehand of a scan's tracks. */
 typedef struct {
     const Model *model;
-    double static_prior;
-    double mean_db, sigma_db, strength_known;
-} Here;
-
-/* Clutter of a scan. */
-typedef struct {
-    const Model *model;
-    const Counts *counts;
-    double total[3]; /* of the rings: count, sum, squares */
-    double nearest, farthest;
-    double share;
+    double clutter_share;
     double static_prior; /* probability that a new object is at rest */
-} Clutter;
+} Prior;
 
 /* --- The four states: IPDA --- */
 
@@ -144,13 +125,10 @@ static State update(State state, bool hit, double llr, double expected, HitRates
                       state.clutter * likelihood(rates.clutter, expected, weight));
 }
 
-/* Returns the state given log-likelihood ratios of an object over nothing and over clutter. */
-static State apply_likelihood_ratio(State state, double over_nothing, double over_clutter)
+/* Returns the state given a log-likelihood ratio of an object over persistent clutter. */
+static State apply_likelihood_ratio(State state, double ratio)
 {
-    if (over_nothing == 0.0 && over_clutter == 0.0)
-        return state;
-    return normalized(state.visible, state.silent, state.nothing * exp(-over_nothing),
-                      state.clutter * exp(-over_clutter));
+    return ratio == 0.0 ? state : normalized(state.visible, state.silent, state.nothing, state.clutter * exp(-ratio));
 }
 
 /* --- Hit rate --- */
@@ -179,16 +157,16 @@ static double log_beta(double a, double b)
     return lgamma(a) + lgamma(b) - lgamma(a + b);
 }
 
-static void update_onset(double *sum, double *count, double echo, const Here *here)
+static void update_onset(double *sum, double *count, double echo, const Prior *prior)
 {
-    *sum += echo < here->model->sharp;
+    *sum += echo < prior->model->sharp;
     *count += 1.0;
 }
 
 /* Beta-binomial: `sum` of `count` echoes are sharp. */
-static double onset_ratio(double sum, double count, const Here *here)
+static double onset_ratio(double sum, double count, const Prior *prior)
 {
-    const Model *m = here->model;
+    const Model *m = prior->model;
     const double slow = count - sum;
     const double object = log_beta(m->object_sharp + sum, m->object_slow + slow) -
                           log_beta(m->object_sharp, m->object_slow);
@@ -198,159 +176,96 @@ static double onset_ratio(double sum, double count, const Here *here)
     return smaller(m->onset_for, larger(least, object - clutter));
 }
 
-static void update_edge(double *sum, double *count, double echo, const Here *here)
+static void update_edge(double *sum, double *count, double echo, const Prior *prior)
 {
-    const Model *m = here->model;
+    const Model *m = prior->model;
     const double share = smaller(1.0 - m->edge_limit, larger(m->edge_limit, echo));
     *sum = m->edge_fade * *sum + log(share / (1.0 - share));
     *count = m->edge_fade * *count + 1.0;
 }
 
 /* Normal: the mean of n log-odds has a variance of `edge_variance` (1 + `edge_few` / n) for either. */
-static double edge_ratio(double sum, double count, const Here *here)
+static double edge_ratio(double sum, double count, const Prior *prior)
 {
-    const Model *m = here->model;
+    const Model *m = prior->model;
     const double over = sum - 0.5 * (m->object_edge + m->clutter_edge) * count;
     const double ratio = (m->object_edge - m->clutter_edge) * over / (m->edge_variance * (count + m->edge_few));
     return smaller(m->edge_for, larger(-m->edge_against, ratio));
 }
 
-static void update_strength(double *sum, double *count, double echo, const Here *here)
-{
-    *sum += (echo - here->mean_db) / here->sigma_db;
-    *count += 1.0;
-}
-
-/* Objects are of any strength within `span_db`; clutter is logistic, whose tail falls as slowly as an exponential.
-   What is no stronger than clutter on average is taken to be at its mean. */
-static double strength_ratio(double sum, double count, const Here *here)
-{
-    const Model *m = here->model;
-    if (count == 0.0)
-        return 0.0;
-    /* pi / sqrt(3): standard deviation of the logistic law of scale 1 */
-    const double scale = sqrt(m->lasting + (1.0 - m->lasting) / larger(1.0, count)) / 1.8137993642342178;
-    const double over = larger(0.0, sum / count) / scale;
-    const double of_clutter = -over - 2.0 * log1p(exp(-over)) - log(scale * here->sigma_db);
-    const double ratio = here->strength_known * (-log(m->span_db) - of_clutter);
-    return smaller(m->strength_limit, larger(-m->strength_limit, ratio));
-}
-
 /* The last value counts: the filter has put all echoes together. */
-static void update_motion(double *sum, double *count, double at_rest, const Here *here)
+static void update_motion(double *sum, double *count, double at_rest, const Prior *prior)
 {
-    (void)here;
+    (void)prior;
     *sum = at_rest;
     *count = 1.0;
 }
 
-static double motion_ratio(double sum, double count, const Here *here)
+static double motion_ratio(double sum, double count, const Prior *prior)
 {
-    return count == 0.0 ? 0.0 : smaller(here->model->motion_for, larger(0.0, log(here->static_prior / sum)));
+    return count == 0.0 ? 0.0 : smaller(prior->model->motion_for, larger(0.0, log(prior->static_prior / sum)));
 }
 
 static const struct {
-    void (*update)(double *sum, double *count, double echo, const Here *here);
-    double (*log_ratio)(double sum, double count, const Here *here);
-    bool over_nothing;     /* tells an object from noise, too, not only from clutter */
+    void (*update)(double *sum, double *count, double echo, const Prior *prior);
+    double (*log_ratio)(double sum, double count, const Prior *prior);
     bool spares_confirmed; /* is not held against a confirmed track */
 } FEATURE[FEATURES] = {
-    [ONSET] = {update_onset, onset_ratio, false, true},
-    [LEADING_EDGE] = {update_edge, edge_ratio, false, true},
-    [STRENGTH] = {update_strength, strength_ratio, true, false},
-    [MOTION] = {update_motion, motion_ratio, false, false},
+    [ONSET] = {update_onset, onset_ratio, true},
+    [LEADING_EDGE] = {update_edge, edge_ratio, true},
+    [MOTION] = {update_motion, motion_ratio, false},
 };
 
 /* Returns the state of track i given what was measured of each feature, number k of these; NULL: of none. */
 static State apply_features(const ExistenceTable *tracks, int64_t i, State state,
-                            const double *const measured[FEATURES], int64_t k, bool confirmed, const Here *here)
+                            const double *const measured[FEATURES], int64_t k, bool confirmed, const Prior *prior)
 {
     for (int f = 0; f < FEATURES; f++) {
         if (!measured[f] || !(measured[f][k] > 0.0))
             continue;
         double *sum = tracks->features[f].sum + i, *count = tracks->features[f].count + i;
-        FEATURE[f].update(sum, count, measured[f][k], here);
-        const double ratio = FEATURE[f].log_ratio(*sum, *count, here);
+        FEATURE[f].update(sum, count, measured[f][k], prior);
+        const double ratio = FEATURE[f].log_ratio(*sum, *count, prior);
         const double change = ratio - tracks->features[f].ratio[i];
         if (confirmed && FEATURE[f].spares_confirmed && change < 0.0)
             continue;
         tracks->features[f].ratio[i] = ratio;
-        state = apply_likelihood_ratio(state, FEATURE[f].over_nothing ? change : 0.0, change);
+        state = apply_likelihood_ratio(state, change);
     }
     return state;
 }
 
 /* --- Clutter statistics --- */
 
-static int64_t ring_of(double range_m, double nearest, double farthest)
-{
-    const double place = (range_m - nearest) / (farthest - nearest) * RINGS;
-    return (int64_t)smaller(larger(place, 0.0), RINGS - 1.0);
-}
-
 static double echoes_a_scan(const Counts *counts)
 {
-    double sum = 0.0;
-    for (int ring = 0; ring < RINGS; ring++)
-        sum += counts->count[ring];
-    return sum / larger(counts->scans, 1.0);
+    return counts->echoes / larger(counts->scans, 1.0);
 }
 
-/* Returns the clutter of a scan. What is known beforehand counts for so many tracks, or echoes. */
-static Clutter clutter_of(const Counts *counts, double nearest, double farthest, const Model *m)
+/* Returns the share of persistent clutter; what is known beforehand counts for so many tracks. */
+static double clutter_share_of(const Counts *counts, const Model *m)
 {
-    Clutter clutter = {.model = m, .counts = counts, .nearest = nearest, .farthest = farthest, .static_prior = 0.5};
-    for (int ring = 0; ring < RINGS; ring++) {
-        clutter.total[0] += counts->count[ring];
-        clutter.total[1] += counts->sum[ring];
-        clutter.total[2] += counts->squares[ring];
-    }
     const double echoes = square(echoes_a_scan(counts));
     const double prior = m->calm_share + m->new_share * echoes / (echoes + square(m->many));
-    clutter.share = smaller(m->most_share, (counts->clutter_tracks + m->share_tracks * prior) /
-                                               (counts->ended_tracks + m->share_tracks));
-    return clutter;
+    return smaller(m->most_share, (counts->clutter_tracks + m->share_tracks * prior) /
+                                      (counts->ended_tracks + m->share_tracks));
 }
 
-/* Returns what clutter is like at a range: strengths of its ring, to which those of all rings add as `pooled` echoes. */
-static Here clutter_at(const Clutter *clutter, double range_m)
-{
-    const Model *m = clutter->model;
-    const Counts *counts = clutter->counts;
-    const int64_t ring = ring_of(range_m, clutter->nearest, clutter->farthest);
-    const double weight = m->pooled / larger(clutter->total[0], LEAST_ECHOES);
-    const double count = larger(counts->count[ring] + weight * clutter->total[0], LEAST_ECHOES);
-    const double mean = (counts->sum[ring] + weight * clutter->total[1]) / count;
-    const double mean_square = (counts->squares[ring] + weight * clutter->total[2]) / count;
-    return (Here){.model = m,
-                  .static_prior = clutter->static_prior,
-                  .mean_db = mean,
-                  .sigma_db = sqrt(larger(square(LEAST_SIGMA_DB), mean_square - square(mean))),
-                  .strength_known = counts->count[ring] / (counts->count[ring] + m->strength_few)};
-}
-
-/* Counts the strengths of the `is_free` echoes, those that no confirmed track explains. */
-KERNEL(clutter_count_strengths,
-       "out " COUNTS ", f8[12,m] echoes, b1[m] free, float nearest, float farthest, " MODEL)
+/* Counts the `is_free` echoes, those that no confirmed track explains, if they measure a strength. */
+KERNEL(clutter_count_echoes, "out " COUNTS ", f8[12,m] echoes, b1[m] free, " MODEL)
 {
     Counts *counts = ARRAY(Counts, 0);
     const EchoRows echoes = echo_rows(ARRAY(double, 1), SIZE(1, 1));
     const bool *is_free = ARRAY(const bool, 2);
-    const double memory = ARRAY(const Model, 5)->strength_memory;
+    const double memory = ARRAY(const Model, 3)->echo_memory;
     counts->scans = memory * counts->scans + 1.0;
-    for (int ring = 0; ring < RINGS; ring++)
-        counts->count[ring] *= memory, counts->sum[ring] *= memory, counts->squares[ring] *= memory;
-    for (int64_t j = 0; j < SIZE(1, 1); j++) {
-        const double strength = echoes.strength[j];
-        if (!is_free[j] || !(strength > 0.0))
-            continue;
-        const int64_t ring = ring_of(echoes.range_m[j], FLOAT(3), FLOAT(4));
-        counts->count[ring] += 1.0, counts->sum[ring] += strength, counts->squares[ring] += square(strength);
-    }
+    counts->echoes *= memory;
+    for (int64_t j = 0; j < SIZE(1, 1); j++)
+        counts->echoes += is_free[j] && echoes.strength[j] > 0.0;
 }
 
 /* Learns from the tracks that a scan `ended`. Called for every scan: what was counted before fades. */
-KERNEL(clutter_learn, "out " COUNTS ", f8[20,n] tracks, b1[n] ended, " MODEL)
+KERNEL(clutter_learn, "out " COUNTS ", f8[17,n] tracks, b1[n] ended, " MODEL)
 {
     Counts *counts = ARRAY(Counts, 0);
     const ExistenceTable tracks = existence_rows(ARRAY(double, 1), SIZE(1, 1));
@@ -380,21 +295,20 @@ static void keep(const ExistenceTable *tracks, int64_t i, State state)
 
 /* Sets tracks from `first` on, one an unexplained echo, given births a scan and false alarms a scan at each. */
 KERNEL(existence_begin,
-       "out f8[20,n] tracks, int first, float births, f8[k] density, f8[k] range_m, f8[k] onset, f8[k] edge, "
-       "f8[k] strength, float nearest, float farthest, " COUNTS ", " MODEL)
+       "out f8[17,n] tracks, int first, float births, f8[k] density, f8[k] onset, f8[k] edge, " COUNTS ", " MODEL)
 {
     const int64_t first = INT(1), n = SIZE(0, 1);
     const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
-    const double births = FLOAT(2), *density = ARRAY(const double, 3), *range_m = ARRAY(const double, 4);
-    const double *const measured[FEATURES] = {ARRAY(const double, 5), ARRAY(const double, 6), ARRAY(const double, 7)};
-    const Clutter clutter = clutter_of(ARRAY(const Counts, 10), FLOAT(8), FLOAT(9), ARRAY(const Model, 11));
+    const double births = FLOAT(2), *density = ARRAY(const double, 3);
+    const double *const measured[FEATURES] = {ARRAY(const double, 4), ARRAY(const double, 5)};
+    const Model *m = ARRAY(const Model, 7);
+    const Prior prior = {m, clutter_share_of(ARRAY(const Counts, 6), m), 0.5};
     for (int64_t k = 0; k < SIZE(3, 0) && first + k < n; k++) {
         const int64_t i = first + k;
-        const Here here = clutter_at(&clutter, range_m[k]);
         const double none = density[k] / (births + density[k]);
-        const State state = {1.0 - none, 0.0, (1.0 - clutter.share) * none, clutter.share * none};
-        tracks.clutter_share[i] = clutter.share;
-        keep(&tracks, i, apply_features(&tracks, i, state, measured, k, false, &here));
+        const State state = {1.0 - none, 0.0, (1.0 - prior.clutter_share) * none, prior.clutter_share * none};
+        tracks.clutter_share[i] = prior.clutter_share;
+        keep(&tracks, i, apply_features(&tracks, i, state, measured, k, false, &prior));
         tracks.first_visible[i] = tracks.visible[i];
     }
 }
@@ -412,19 +326,18 @@ typedef struct {
 } OfScan;
 
 static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvidence *evidence, int64_t echoes,
-                         bool hit, bool confirmed, const OfScan *of, const Clutter *clutter, double range_m)
+                         bool hit, bool confirmed, const OfScan *of, const Prior *prior)
 {
-    const double watched = evidence->watched[i];
-    const Here here = clutter_at(clutter, range_m);
+    const double watched = evidence->watched[i], share = prior->clutter_share;
     State state = predict(state_of(tracks, i), echoes, watched, of->dt, of->rates);
     const HitRates rates = hit_rate_ratio(tracks->hits[i], tracks->scans[i], of->detection_probability, of->crowding,
-                                          clutter->model);
+                                          prior->model);
     state = update(state, hit, evidence->llr[i], evidence->expected[i], rates);
-    state = apply_features(tracks, i, state, of->measured, i, confirmed, &here);
-    if (confirmed && clutter->share != tracks->clutter_share[i]) {
+    state = apply_features(tracks, i, state, of->measured, i, confirmed, prior);
+    if (confirmed && share != tracks->clutter_share[i]) {
         /* what was confirmed before any clutter was known is judged by what is known now */
-        state = apply_likelihood_ratio(state, 0.0, logit(tracks->clutter_share[i]) - logit(clutter->share));
-        tracks->clutter_share[i] = clutter->share;
+        state = apply_likelihood_ratio(state, logit(tracks->clutter_share[i]) - logit(share));
+        tracks->clutter_share[i] = share;
     }
     keep(tracks, i, state);
     tracks->hits[i] += hit;
@@ -433,28 +346,26 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
 
 /* Updates n tracks by a scan, `dt` seconds after the one before. */
 KERNEL(existence_update,
-       "out f8[20,n] tracks, i8[n] echoes, b1[n] confirmed, b1[n] hit, f8[6,n] evidence, f8[n] static, f8[n] range_m, "
-       "float nearest, float farthest, float dt, float silence, float recovery, float loss, float detection_probability, "
-       "float static_prior, " COUNTS ", " MODEL)
+       "out f8[17,n] tracks, i8[n] echoes, b1[n] confirmed, b1[n] hit, f8[5,n] evidence, f8[n] static, float dt, "
+       "float silence, float recovery, float loss, float detection_probability, float static_prior, " COUNTS ", " MODEL)
 {
     const int64_t n = SIZE(0, 1), *echoes = ARRAY(const int64_t, 1);
     const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
     const bool *confirmed = ARRAY(const bool, 2), *hit = ARRAY(const bool, 3);
     const ScanEvidence evidence = evidence_rows(ARRAY(double, 4), n);
-    const double *const measured[FEATURES] = {evidence.onset, evidence.leading_edge, evidence.strength,
-                                              ARRAY(const double, 5)};
-    const double *range_m = ARRAY(const double, 6), dt = FLOAT(9);
-    const Model *m = ARRAY(const Model, 16);
-    Clutter clutter = clutter_of(ARRAY(const Counts, 15), FLOAT(7), FLOAT(8), m);
-    clutter.static_prior = FLOAT(14);
-    const OfScan of = {dt, FLOAT(13), crowding_of(echoes_a_scan(clutter.counts), dt, m),
-                       {FLOAT(10), FLOAT(11), FLOAT(12)}, measured};
+    const double *const measured[FEATURES] = {evidence.onset, evidence.leading_edge, ARRAY(const double, 5)};
+    const double dt = FLOAT(6);
+    const Counts *counts = ARRAY(const Counts, 12);
+    const Model *m = ARRAY(const Model, 13);
+    const Prior prior = {m, clutter_share_of(counts, m), FLOAT(11)};
+    const OfScan of = {dt, FLOAT(10), crowding_of(echoes_a_scan(counts), dt, m), {FLOAT(7), FLOAT(8), FLOAT(9)},
+                       measured};
     for (int64_t i = 0; i < n; i++)
-        update_track(&tracks, i, &evidence, echoes[i], hit[i], confirmed[i], &of, &clutter, range_m[i]);
+        update_track(&tracks, i, &evidence, echoes[i], hit[i], confirmed[i], &of, &prior);
 }
 
 /* Fills in the probability that a track's object, if it exists, gives echoes; `returned`: that a silent one does. */
-KERNEL(existence_visibilities, "f8[20,n] tracks, float returned, out f8[n] visibility")
+KERNEL(existence_visibilities, "f8[17,n] tracks, float returned, out f8[n] visibility")
 {
     const int64_t n = SIZE(0, 1);
     const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
@@ -487,12 +398,12 @@ KERNEL(existence_update_one,
     put(ARRAY(double, 9), update(STATE_FROM(0), BOOL(4), FLOAT(5), FLOAT(6), (HitRates){FLOAT(7), FLOAT(8)}));
 }
 
-KERNEL(existence_apply_likelihood_ratio, STATE ", float over_nothing, float over_clutter, out f8[4] state")
+KERNEL(existence_apply_likelihood_ratio, STATE ", float ratio, out f8[4] state")
 {
-    put(ARRAY(double, 6), apply_likelihood_ratio(STATE_FROM(0), FLOAT(4), FLOAT(5)));
+    put(ARRAY(double, 5), apply_likelihood_ratio(STATE_FROM(0), FLOAT(4)));
 }
 
-KERNEL_FLOAT(existence_confirmation_probability, "f8[20,n] tracks, int i, float odds_factor")
+KERNEL_FLOAT(existence_confirmation_probability, "f8[17,n] tracks, int i, float odds_factor")
 {
     const ExistenceTable tracks = existence_rows(ARRAY(double, 0), SIZE(0, 1));
     return INT(1) >= 0 && INT(1) < SIZE(0, 1) ? confirmation_probability(&tracks, INT(1), FLOAT(2)) : NAN;
@@ -513,20 +424,18 @@ KERNEL_FLOAT(existence_crowding, "float dt, " COUNTS ", " MODEL)
 
 KERNEL_FLOAT(existence_clutter_share, COUNTS ", " MODEL)
 {
-    return clutter_of(ARRAY(const Counts, 0), 0.0, 1.0, ARRAY(const Model, 1)).share;
+    return clutter_share_of(ARRAY(const Counts, 0), ARRAY(const Model, 1));
 }
 
 /* Feeds echoes to a feature; returns its log-likelihood ratio. */
-KERNEL_FLOAT(existence_log_ratio,
-             "int feature, f8[k] echoes, float range_m, float nearest, float farthest, " COUNTS ", " MODEL)
+KERNEL_FLOAT(existence_log_ratio, "int feature, f8[k] echoes, " MODEL)
 {
-    const Clutter clutter = clutter_of(ARRAY(const Counts, 5), FLOAT(3), FLOAT(4), ARRAY(const Model, 6));
-    const Here here = clutter_at(&clutter, FLOAT(2));
+    const Prior prior = {.model = ARRAY(const Model, 2), .static_prior = 0.5};
     const int64_t f = INT(0);
     double sum = 0.0, count = 0.0;
     if (f < 0 || f >= FEATURES)
         return NAN;
     for (int64_t k = 0; k < SIZE(1, 0); k++)
-        FEATURE[f].update(&sum, &count, ARRAY(const double, 1)[k], &here);
-    return FEATURE[f].log_ratio(sum, count, &here);
+        FEATURE[f].update(&sum, &count, ARRAY(const double, 1)[k], &prior);
+    return FEATURE[f].log_ratio(sum, count, &prior);
 }

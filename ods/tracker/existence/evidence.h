@@ -5,8 +5,8 @@
 
 #include "kernel.h"
 
-/* What tells an object from persistent clutter: three of what its echoes look like, and its motion. */
-enum { ONSET, LEADING_EDGE, STRENGTH, MOTION, FEATURES };
+/* What tells an object from persistent clutter: two of what its echoes look like, and its motion. */
+enum { ONSET, LEADING_EDGE, MOTION, FEATURES };
 
 /* The rows of the table of `ExistenceTable`, (n,) each. */
 typedef struct {
@@ -18,7 +18,7 @@ typedef struct {
     } features[FEATURES];
 } ExistenceTable;
 
-/* Names the rows of a (20, count) table: `f8[20,n]` in signatures. */
+/* Names the rows of a (17, count) table: `f8[17,n]` in signatures. */
 static inline ExistenceTable existence_rows(double *table, int64_t count)
 {
 #define ROW(k) (table + (k) * count)
@@ -26,22 +26,21 @@ static inline ExistenceTable existence_rows(double *table, int64_t count)
         ROW(0), ROW(1), ROW(2), ROW(3), ROW(4), ROW(5), ROW(6), ROW(7),
         {{ROW(8), ROW(9), ROW(10)},
          {ROW(11), ROW(12), ROW(13)},
-         {ROW(14), ROW(15), ROW(16)},
-         {ROW(17), ROW(18), ROW(19)}}};
+         {ROW(14), ROW(15), ROW(16)}}};
 #undef ROW
 }
 
 /* The rows of the table of `ScanEvidence`, (n,) each. */
 typedef struct {
     double *llr, *watched, *expected;
-    double *onset, *leading_edge, *strength; /* of the track's echo; 0: none, or not measured */
+    double *onset, *leading_edge; /* of the track's echo; 0: none, or not measured */
 } ScanEvidence;
 
-/* Names the rows of a (6, count) table: `f8[6,n]` in signatures. */
+/* Names the rows of a (5, count) table: `f8[5,n]` in signatures. */
 static inline ScanEvidence evidence_rows(double *table, int64_t count)
 {
 #define ROW(k) (table + (k) * count)
-    return (ScanEvidence){ROW(0), ROW(1), ROW(2), ROW(3), ROW(4), ROW(5)};
+    return (ScanEvidence){ROW(0), ROW(1), ROW(2), ROW(3), ROW(4)};
 #undef ROW
 }
 

@@ -6,16 +6,13 @@ import numpy as np
 
 from ods.base.arrays import Floats, Ints, Mask
 from ods.compiled import native
-from ods.messages import Sector
 from ods.tracker.existence.model import MODEL
 from ods.tracker.measurement.scan import Echoes
 from ods.tracker.settings import TrackerSettings
 
-CLUTTER_TRACKS, ENDED_TRACKS, SCANS, STRENGTHS = range(4)
-"""Places in the array: weighted counts of tracks, and scans; then, by ring of range, number, sum and sum of squares of
-strengths, dB."""
-RINGS = 10
-LENGTH = STRENGTHS + 3 * RINGS
+CLUTTER_TRACKS, ENDED_TRACKS, SCANS, ECHOES = range(4)
+"""Places in the array: weighted counts of tracks; scans, and their echoes that no confirmed track explains."""
+LENGTH = 4
 ROUNDING = 1e-9
 
 
@@ -50,12 +47,6 @@ class ExistenceTable(NamedTuple):
     """fading number of echoes,"""
     edge_ratio: Floats
     """log-likelihood ratio applied so far."""
-    strengths: Floats
-    """Strength: sum of (strength - mean of clutter) / standard deviation of clutter,"""
-    strength_echoes: Floats
-    """number of echoes,"""
-    strength_ratio: Floats
-    """log-likelihood ratio applied so far."""
     at_rest: Floats
     """Motion: probability of rest,"""
     rests: Floats
@@ -77,8 +68,6 @@ class ScanEvidence(NamedTuple):
     """Of the echo, see `Detection`; 0: none, not measured, or an echo that is not all of the object and only of it."""
     leading_edge: Floats
     """`Detection.front`, likewise."""
-    strength: Floats
-    """Of the echo, dB; 0: none, or not measured."""
 
 
 class NewTrackEvidence(NamedTuple):
@@ -86,11 +75,9 @@ class NewTrackEvidence(NamedTuple):
 
     density: Floats
     """False alarms a scan if there were as many everywhere as there."""
-    range_m: Floats
     onset: Floats
     """Of the echo; 0: not measured."""
     leading_edge: Floats
-    strength: Floats
 
 
 class ClutterStatistics:
@@ -109,15 +96,13 @@ class ClutterStatistics:
         found = np.array(values, np.float64)
         if found.shape != (LENGTH,) or not np.isfinite(found).all():
             raise ValueError(f"invalid checkpoint: clutter statistics must be {LENGTH} finite numbers")
-        counts = np.delete(found, range(STRENGTHS + RINGS, STRENGTHS + 2 * RINGS))
-        if (counts < 0.0).any() or found[CLUTTER_TRACKS] > found[ENDED_TRACKS] * (1.0 + ROUNDING):
+        if (found < 0.0).any() or found[CLUTTER_TRACKS] > found[ENDED_TRACKS] * (1.0 + ROUNDING):
             raise ValueError("invalid checkpoint: clutter statistics need counts >= 0, and parts <= totals")
         self.values = found
 
-    def count_strengths(self, echoes: Echoes, free: Mask, sector: Sector) -> None:
-        """Count the echoes of a scan that no confirmed track explains, (m,) `free`."""
-        span = sector.range_min_m, sector.range_max_m
-        native.clutter_count_strengths(self.values, echoes.table, free, span, MODEL)
+    def count(self, echoes: Echoes, free: Mask) -> None:
+        """Count the echoes of a scan that no confirmed track explains, (m,) `free`, if they measure a strength."""
+        native.clutter_count_echoes(self.values, echoes.table, free, MODEL)
 
     def learn(self, tracks: Floats, ended: Mask) -> None:
         """Learn from the tracks that a scan ended, (n,), of a table of `ExistenceTable`. Called for every scan."""
@@ -135,19 +120,15 @@ class ClutterStatistics:
         return crowding
 
 
-def begin(
-    table: Floats, first: int, births: float, new: NewTrackEvidence, sector: Sector, clutter: ClutterStatistics
-) -> None:
+def begin(table: Floats, first: int, births: float, new: NewTrackEvidence, clutter: ClutterStatistics) -> None:
     """Set tracks from `first` on in a table of `ExistenceTable`, one an unexplained echo, given births a scan."""
-    span = sector.range_min_m, sector.range_max_m
-    native.existence_begin(table, first, births, new, span, clutter.values, MODEL)
+    native.existence_begin(table, first, births, new, clutter.values, MODEL)
 
 
 def update(
     table: Floats,
     seen: tuple[Ints, Mask, Mask],
     evidence: tuple[Floats, Floats],
-    places: tuple[Floats, Sector],
     dt: float,
     settings: TrackerSettings,
     clutter: ClutterStatistics,
@@ -155,11 +136,9 @@ def update(
     """Judge by a scan, `dt` seconds after the one before; `table`: of `ExistenceTable`.
 
     seen: (n,) echoes so far, this one too, which tracks are confirmed, and which had an echo; evidence: table of
-    `ScanEvidence`, and (n,) probability of rest; places: (n,) expected ranges, m, and the fan that they are in.
+    `ScanEvidence`, and (n,) probability of rest.
     """
-    range_m, sector = places
-    span = sector.range_min_m, sector.range_max_m
     echo = settings.echo
     rates = echo.silence_rate, echo.return_rate, echo.loss_rate, echo.detection_probability
     given = rates, settings.motion.static_prior
-    native.existence_update(table, seen, evidence, range_m, span, dt, *given, clutter.values, MODEL)
+    native.existence_update(table, seen, evidence, dt, *given, clutter.values, MODEL)

@@ -7,10 +7,9 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.compiled import native
-from ods.tracker.existence.evidence import ClutterStatistics
 from ods.tracker.existence.model import EXISTENCE, MODEL
 
-ONSET, LEADING_EDGE, STRENGTH, MOTION = range(4)
+ONSET, LEADING_EDGE, MOTION = range(3)
 """Features."""
 
 
@@ -63,22 +62,19 @@ def update(state: ExistenceState, hit: bool, llr: float, expected: float, rates:
     return ExistenceState(*after.tolist())
 
 
-def apply_likelihood_ratio(state: ExistenceState, over_nothing: float, over_clutter: float) -> ExistenceState:
-    """Return the probabilities given log-likelihood ratios of an object over nothing and over clutter."""
+def apply_likelihood_ratio(state: ExistenceState, ratio: float) -> ExistenceState:
+    """Return the probabilities given a log-likelihood ratio of an object over persistent clutter."""
     after = np.empty(4)
-    native.existence_apply_likelihood_ratio(state, over_nothing, over_clutter, after)
+    native.existence_apply_likelihood_ratio(state, ratio, after)
     return ExistenceState(*after.tolist())
 
 
-def log_ratio(
-    feature: int, echoes: Sequence[float], clutter: ClutterStatistics, range_m: float = 0.5, farthest_m: float = 1.0
-) -> float:
+def log_ratio(feature: int, echoes: Sequence[float]) -> float:
     """Return a feature's log-likelihood ratio of an object over clutter, by a track's echoes.
 
     Motion: by probabilities of rest, of which 0.5 is the one beforehand.
     """
-    values = np.array(echoes, np.float64)
-    ratio: float = native.existence_log_ratio(feature, values, range_m, 0.0, farthest_m, clutter.values, MODEL)
+    ratio: float = native.existence_log_ratio(feature, np.array(echoes, np.float64), MODEL)
     return ratio
 
 

@@ -59,17 +59,6 @@ class ExistenceModel(NamedTuple):
     edge_against: float = 3.0
     """and against one."""
 
-    lasting: float = 0.4
-    """Share of the variance of clutter's strengths that is one of places, and does not average away."""
-    span_db: float = 20.0
-    """Objects are of any strength within so wide a span."""
-    strength_limit: float = 7.0
-    """Largest log-likelihood ratio of the strength, for and against an object."""
-    pooled: float = 10.0
-    """Weight of the strengths of all ranges at each range, echoes."""
-    strength_few: float = 10.0
-    """Number of echoes that give half of the information on clutter's strengths."""
-
     motion_for: float = 2.5
     """Largest log-likelihood ratio of motion for an object; against one it says nothing."""
 
@@ -86,8 +75,8 @@ class ExistenceModel(NamedTuple):
     share_memory: float = 0.99
     """Share of the counts of ended tracks that a scan leaves of those before: 15 s at 6.7 scans a second."""
 
-    strength_memory: float = 0.98
-    """The same of clutter's strengths: 7 s."""
+    echo_memory: float = 0.98
+    """The same of scans and their echoes: 7 s."""
 
 
 EXISTENCE = ExistenceModel()

@@ -45,7 +45,7 @@ static void find_missed_and_hiding(const History *history, const Known *known, c
 /* Fills in the next states; `odds_factor`: of `ExistenceModel`; `rest`, `static_from`: `REST` and `STATIC` of the
    settings. */
 KERNEL(next_states,
-       "i8[8,n] history, f8[20,n] existence, b1[n] hit, b1[n] inside, b1[n] skipped, f8[3,n] position, f8[3,n] variance, "
+       "i8[8,n] history, f8[17,n] existence, b1[n] hit, b1[n] inside, b1[n] skipped, f8[3,n] position, f8[3,n] variance, "
        "f8[3,n] shared, f8[n] radius, f8[n] static, int t_ns, float odds_factor, float rest, "
        "float static_from, " LIFE_LIMITS ", out i8[n] states")
 {

@@ -26,9 +26,8 @@ def judge(
 
     `clutter` learns from the scan: from echoes that no confirmed object explains, and from tracks that it ends.
     """
-    clutter.count_strengths(scan.echoes, match.free, scan.sector)
-    places = prediction.measurement.rows.range_m, scan.sector
-    tracks.take_scan((match.hit, prediction.reported), match.evidence, places, settings, clutter)
+    clutter.count(scan.echoes, match.free)
+    tracks.take_scan((match.hit, prediction.reported), match.evidence, settings, clutter)
     seen = match.hit, prediction.field_of_view.inside, prediction.field_of_view.skipped
     estimate, states = prediction.estimate, np.empty(len(match.hit), np.int64)
     place = estimate.position, estimate.variance, estimate.shared, estimate.radius, estimate.static

@@ -21,7 +21,7 @@ def validate_tracks(tracks: Tracks, t_ns: int) -> None:
         raise ValueError("invalid checkpoint: probabilities must be between 0 and 1")
     if not ((known.hits >= 0.0) & (known.hits <= known.scans * (1.0 + ROUNDING))).all():
         raise ValueError("invalid checkpoint: scans must be finite and >= hits")
-    counts, share = np.stack([known.onsets, known.edge_echoes, known.strength_echoes]), known.clutter_share
+    counts, share = np.stack([known.onsets, known.edge_echoes]), known.clutter_share
     bounded = (np.abs(np.stack(known)) < FARTHEST).all()
     if not bounded or not (counts >= 0.0).all() or not ((share > 0.0) & (share < 1.0)).all():
         raise ValueError("invalid checkpoint: features must be finite, counts >= 0, and shares of clutter in (0, 1)")

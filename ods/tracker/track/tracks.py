@@ -8,7 +8,6 @@ import numpy as np
 from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.base.clock import NS
 from ods.compiled import native
-from ods.messages import Sector
 from ods.pose.utc import Restamp
 from ods.tracker.existence import evidence, lifecycle
 from ods.tracker.existence.evidence import ClutterStatistics, ExistenceTable, NewTrackEvidence, ScanEvidence
@@ -125,18 +124,14 @@ class Tracks:
         self,
         seen: tuple[Mask, Mask],
         of_scan: Named[ScanEvidence],
-        places: tuple[Floats, Sector],
         settings: TrackerSettings,
         clutter: ClutterStatistics,
     ) -> None:
-        """Judge existence by a scan.
-
-        seen: (n,) which objects had an echo, and which are confirmed; places: (n,) expected ranges, m, in this fan.
-        """
+        """Judge existence by a scan; seen: (n,) which objects had an echo, and which are confirmed."""
         hit, confirmed = seen
         counted = self.history.echoes, confirmed, hit
         measured = of_scan.table, self._observer.static()
-        evidence.update(self._existence.table, counted, measured, places, self.unjudged_s, settings, clutter)
+        evidence.update(self._existence.table, counted, measured, self.unjudged_s, settings, clutter)
         self.unjudged_s = 0.0
 
     def start(
@@ -152,7 +147,7 @@ class Tracks:
         self._history.extend(count)
         self._existence.extend(count)
         native.tracks_begin(self._history.table, first, scan.t_ns, scan.utc_ns)
-        evidence.begin(self._existence.table, first, births, new, scan.sector, clutter)
+        evidence.begin(self._existence.table, first, births, new, clutter)
         self._observer.start(measured)
         self._told = None
 
