@@ -190,7 +190,7 @@ def test_laws_of_something_else_or_of_another_version_are_refused_in_a_line(
 
 
 def test_a_sonar_of_several_planes_is_refused() -> None:
-    with pytest.raises(OdsError, match=r"sonar: .*several planes"):
+    with pytest.raises(OdsError, match=r"sonar: .*sees in 3-D"):
         fitted(Campaign(seed=1, sonar="seabat6012_3plane"), 1)
 
 
