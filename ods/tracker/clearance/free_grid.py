@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.base.arrays import Floats, Mask
+from ods.compiled import native
 from ods.messages import Sector
 from ods.tracker.clearance.fan_mask import FanMask
 from ods.tracker.clearance.volume_mask import LayerSeen, layer_seen
@@ -27,7 +28,7 @@ HALF_DIAGONAL = math.sqrt(0.5)
 """Of a cell, in cells."""
 NEVER = -1e18
 
-Counts = NDArray[np.int16]
+Counts = NDArray[np.uint16]
 
 
 class Head(NamedTuple):
@@ -166,11 +167,6 @@ def _cells_from_others(mask: Mask) -> Counts:
 
     The straight way is at least sqrt(1/2) of that.
     """
-    away = np.where(mask, np.int16(2 * SIDE), np.int16(0))
-    for _ in range(2):  # along rows each time, which is fast, of the grid and of the grid turned
-        count = np.arange(len(away), dtype=np.int16)[:, None]
-        before = np.minimum.accumulate(away - count) + count
-        after = np.minimum.accumulate((away + count)[::-1])[::-1] - count
-        rim = np.minimum(count, count[::-1]) + np.int16(1)
-        away = np.ascontiguousarray(np.minimum(np.minimum(before, after), rim).T)
-    return np.asarray(away * mask)
+    away = np.empty(mask.shape, np.uint16)
+    native.cells_from_others(mask, away)
+    return away
