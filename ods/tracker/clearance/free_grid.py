@@ -116,7 +116,7 @@ class FreeGrid:
         clear, since_s, above_s = empty & (room >= 0.0), t_s, t_s + room / self._settings.fastest_vertical_m_s
         if swept:
             clear, since_s, above_s = self._with_parts_before(t_s, cells, clear, heard, above_s)
-        away = _cells_from_others(clear)
+        away = cells_from_others(clear)
         hold_m = np.maximum(away * HALF_DIAGONAL - 1.0 - HALF_DIAGONAL, 0.0) * self.cell_m
         hold_until = np.minimum(since_s + hold_m / self._settings.fastest_m_s, above_s)
         until = self._free_until[cells]
@@ -162,7 +162,7 @@ class FreeGrid:
         return forward, starboard, down
 
 
-def _cells_from_others(mask: Mask) -> Counts:
+def cells_from_others(mask: Mask) -> Counts:
     """Return by how many steps to a neighbour each cell is away from one that is not in the mask, or from the rim.
 
     The straight way is at least sqrt(1/2) of that.
