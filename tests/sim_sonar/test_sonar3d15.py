@@ -117,7 +117,7 @@ def test_its_pings_hold_the_ranges_and_directions_of_its_images() -> None:
     assert ping.range_grid is not None
     assert (ping.beams, ping.samples) == model.pixels == (256, 64)
     image = range_image(SONAR, scene, 0.0, 7)  # opens as far
-    np.testing.assert_allclose(frame_of(ping).T * ping.dr_m, image, atol=0.51 * ping.dr_m)
+    np.testing.assert_allclose(frame_of(ping).astype(float).T * ping.dr_m, image, atol=0.51 * ping.dr_m)
     np.testing.assert_allclose(ping.bearing_rad, SONAR.bearing_rad)
     np.testing.assert_allclose(ping.range_grid.elevation_rad, SONAR.elevation_rad)
 
