@@ -19,7 +19,7 @@ class Sonar3d15End:
     """The far end of a Sonar 3D-15: see `FarEnd`. Nothing can be asked of it."""
 
     def __init__(self, nominal: ImageSimulator) -> None:
-        """`nominal`: of the sonar's file, which tells openings, pixels, range and rate.
+        """`nominal`: of the sonar's file, which gives openings, pixels, range and rate.
 
         Raises ValueError: a rough sea-bed, or a sonar without pixels.
         """
