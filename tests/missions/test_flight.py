@@ -119,7 +119,7 @@ def test_a_3d_sonar_sends_range_images_of_the_same_world() -> None:
 @pytest.mark.parametrize(
     ("more", "told"),
     [
-        ({"world": replace(WORLD, sea_bed=SeaBed(depth_m=27.0, rough=ROUGH))}, "even sea-beds only"),
+        ({"world": replace(WORLD, sea_bed=SeaBed(depth_m=27.0, rough=ROUGH))}, "needs an even sea-bed"),
         ({"errors": ErrorSettings(range_scale=1.05)}, "errors: .*range images"),
     ],
 )
