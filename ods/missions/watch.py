@@ -23,6 +23,7 @@ from ods.offline.poses import SIGMA_ATTITUDE_RAD, SIGMA_POSITION_M
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins.place import over_bottom
 from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS
+from ods.sim_sonar.range_image import RangeImages
 from ods.sim_sonar.receiver.blindness import BLINDNESS
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.shots import START_UTC_NS
@@ -103,7 +104,7 @@ class InImages:
     ) -> None:
         """Raises ValueError where sonar and world do not fit, PluginError, StageError."""
         self._errors = errors
-        self._images = ImageSimulator(sonar, scene)
+        self._images = ImageSimulator(sonar, scene) if sonar.pixels is None else RangeImages(sonar, scene)
         self._next: tuple[int, float] = (0, 0.0)
         self._image_s = 0.0
         self._found = Detecting(settings).found(self._pings(), poses)
@@ -120,7 +121,8 @@ class InImages:
             number, t_s = self._next
             t_ns = round(t_s * NS)
             began = time.thread_time()
-            self._images.blindness = [BLINDNESS[kind] for kind in self._errors.faults_at(t_s)]
+            if isinstance(self._images, ImageSimulator):
+                self._images.blindness = [BLINDNESS[kind] for kind in self._errors.faults_at(t_s)]
             ping = self._errors.ping(self._images.ping(t_s, number, t_ns, START_UTC_NS + t_ns))
             self._image_s += time.thread_time() - began
             yield ping

@@ -7,8 +7,13 @@ import numpy as np
 from ods.base.arrays import Floats, Floats32
 from ods.base.frames.geometry import polar_to_body, rotation_matrix
 from ods.compiled import native
+from ods.messages import Ping, RangeGrid
 from ods.sim_sonar.echo.bodies import BODY, PLANE, UNBOUNDED, Bodies
 from ods.sim_sonar.scene.timeline import Scene
+from ods.sim_sonar.sonar.model import SonarModel
+
+STEPS = 2**14
+"""Of a range in a ping, up to the farthest."""
 
 
 class RangeSonar(NamedTuple):
@@ -25,6 +30,50 @@ class RangeSonar(NamedTuple):
     """Share of the pixels that show nothing, where something is:"""
     false: float = 0.002
     """and of those that show something anywhere, as noise does."""
+
+
+def range_sonar(model: SonarModel) -> RangeSonar:
+    """Return the 3-D sonar of a file that has `pixels`. Raises ValueError for another."""
+    if model.pixels is None:
+        raise ValueError(f"sonar: {model.name} sends no range images: it has no pixels")
+    columns, rows = model.pixels
+    across = 0.5 * float(model.bearing_rad[-1] - model.bearing_rad[0])
+    up = model.half_vertical_rad
+    return RangeSonar(np.linspace(-across, across, columns), np.linspace(-up, up, rows), model.range_max_m)
+
+
+class RangeImages:
+    """The range images of one scene as pings: what `ImageSimulator` is to a sonar that sends levels."""
+
+    def __init__(self, model: SonarModel, scene: Scene) -> None:
+        """Raises ValueError for a scene with a rough sea-bed, and a sonar without `pixels`."""
+        self._sonar, self._scene = range_sonar(model), scene
+        self._geometry = {
+            "beams": len(self._sonar.bearing_rad),
+            "samples": len(self._sonar.elevation_rad),
+            "bearing_rad": self._sonar.bearing_rad.tolist(),
+            "range0_m": 0.0,
+            "dr_m": model.range_max_m / STEPS,
+            "sound_speed": model.sound_speed,
+            "frequency_hz": model.frequency_hz,
+            "range_grid": RangeGrid(self._sonar.elevation_rad.tolist(), model.range_max_m),
+        }
+        _bed_of(scene)
+
+    def ping(self, t_s: float, ping_number: int, t_ns: int, utc_ns: int) -> Ping:
+        """Return the image at scene time `t_s` as the sonar sends it, transmitted at `t_ns`."""
+        ranges_m = range_image(self._sonar, self._scene, t_s, ping_number)
+        frame = np.rint(ranges_m.T * (STEPS / self._sonar.range_max_m)).astype("<u2")
+        return Ping(
+            seq=ping_number,
+            ping_number=ping_number,
+            t_ns=t_ns,
+            t_rx_ns=t_ns,
+            utc_ns=utc_ns,
+            dtype="u2",
+            data=frame.tobytes(),
+            **self._geometry,
+        )
 
 
 def range_image(sonar: RangeSonar, scene: Scene, t_s: float, number: int) -> Floats32:

@@ -328,6 +328,6 @@ class MissionTracker:
             within = (self._vehicle.position, self.settings.planner.hibernated_within_m)
         snapshot = self.tracker.snapshot(within)
         newest_ns = self.tracker.t_ns
-        if newest_ns is None:
+        if newest_ns is None or t_ns <= newest_ns:
             return snapshot
-        return snapshot.extrapolated(max(0, t_ns - newest_ns) / clock.NS, self.settings.motion)
+        return snapshot.extrapolated((t_ns - newest_ns) / clock.NS, self.settings.motion)

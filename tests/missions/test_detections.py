@@ -1,6 +1,8 @@
 """Detections drawn by laws: geometry against brute force, laws against what they were made of, both fidelities."""
 
 import math
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,7 @@ from ods.missions.detections.agreement import compared
 from ods.missions.detections.draw import Drawing, Placed, echoes_of
 from ods.missions.detections.fit import fitted, round_of
 from ods.missions.detections.fitting import Heard, clutter_law, echo_law, errors_of, logit_of, matched
-from ods.missions.detections.laws import Errors, Laws, load_laws, save_laws
+from ods.missions.detections.laws import Errors, Laws, load_laws, save_laws, sonar_fingerprint
 from ods.missions.detections.sights import WORDS, Fan, Sights, fan_of, seen_of
 from ods.missions.parallel.fly import fly, tasks_of
 from ods.missions.parallel.workers import Task
@@ -189,8 +191,18 @@ def test_laws_of_something_else_or_of_another_version_are_refused_in_a_line(
     assert "detections: " in capsys.readouterr().err
 
 
+def test_a_sonar_has_one_fingerprint_in_all_processes() -> None:
+    """By it a stopped campaign goes on."""
+    code = (
+        "from ods.sim_sonar.by_name import find_sonar; from ods.missions.detections.laws import sonar_fingerprint; "
+        "print(sonar_fingerprint(find_sonar('seabat6012')), end='')"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True).stdout
+    assert told == sonar_fingerprint(find_sonar("seabat6012")) != sonar_fingerprint(find_sonar("sonar3d15"))
+
+
 def test_a_sonar_of_several_planes_is_refused() -> None:
-    with pytest.raises(OdsError, match=r"sonar: .*several planes"):
+    with pytest.raises(OdsError, match=r"sonar: .*sees in 3-D"):
         fitted(Campaign(seed=1, sonar="seabat6012_3plane"), 1)
 
 

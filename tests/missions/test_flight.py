@@ -5,16 +5,22 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
+from ods.base.errors import OdsError
+from ods.missions.failing.errors import ErrorSettings
 from ods.missions.flight import Flight
 from ods.missions.settings import Arm, Campaign, WorldSettings
-from ods.missions.watch import TruthWatch
+from ods.missions.setup import flight_of, setup_of
+from ods.missions.watch import OnBoard, TruthWatch
 from ods.missions.world import World
 from ods.offline.mission import MissionSettings
 from ods.sim_sonar.by_name import find_sonar
+from ods.sim_sonar.sea_bed.settings import Roughness, SeaBed
 from ods.sim_sonar.settings import VehicleSettings
 
 WORLD = WorldSettings(length_m=80.0, width_m=40.0, obstacles_per_hectare=0.0, current_m_s=0.0)
+ROUGH = Roughness(rms_height_m=0.15, correlation_m=3.0)
 
 
 def flight(
@@ -92,6 +98,35 @@ def test_with_the_list_of_pipeline_and_tracker_it_passes_what_it_would_hit() -> 
     assert (outcome.ending, outcome.near_miss, outcome.evasions_of_nothing) == ("success", False, 0)
     assert 0.0 < outcome.not_valid_s < 3.0
     assert flight("ods", (50.0, 0.5, 2.0)).fly() == outcome
+
+
+def test_a_3d_sonar_sends_range_images_of_the_same_world() -> None:
+    """What is ahead is in reach first at 15 m."""
+    campaign = Campaign(seed=1, world=WORLD, sonar="sonar3d15")
+    flown = flight_of(campaign, 0, "ods", setup_of(campaign), world_of((30.0, 0.5, 2.0)))
+    assert isinstance(flown.watch, OnBoard)
+    for ping in range(150):
+        flown.step(ping)
+        if flown.heard is not None and flown.heard.list.obstacles:
+            break
+    assert flown.heard is not None
+    (found,) = flown.heard.list.obstacles
+    edge_m = math.dist(found.position_ned[:2], flown.vehicle.way[-1].place[:2]) - found.radius_m
+    assert 12.0 < edge_m < 15.0
+    assert math.dist(found.position_ned[:2], (30.0, 0.5)) < 2.0
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        ({"world": replace(WORLD, sea_bed=SeaBed(depth_m=27.0, rough=ROUGH))}, "needs an even sea-bed"),
+        ({"errors": ErrorSettings(range_scale=1.05)}, "errors: .*range images"),
+    ],
+)
+def test_what_range_images_are_not_simulated_with_is_refused(more: dict[str, Any], told: str) -> None:
+    campaign = Campaign(seed=1, sonar="sonar3d15", **more)
+    with pytest.raises(OdsError, match=told):
+        flight_of(campaign, 0, "ods", setup_of(campaign))
 
 
 def test_time_to_collision_is_of_what_it_would_run_into_when_it_was_listed_first() -> None:

@@ -14,7 +14,7 @@ from ods.sim_sonar.device.sonars import sonar3d15_packets as wire
 from ods.sim_sonar.device.sonars.sonar3d15 import Sonar3d15End
 from ods.sim_sonar.device.sonars.sonar3d15_packets import ImageSays
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.range_image import RangeSonar, range_image
+from ods.sim_sonar.range_image import RangeImages, RangeSonar, range_image
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.sonar_link.ping_builder import Stamp
 from ods.sonar_link.sonar3d15 import packets
@@ -109,3 +109,19 @@ def test_a_telegram_is_one_image_and_its_strengths_and_the_same_again() -> None:
     assert [packets.unpack(packet).kind for packet in first] == [packets.RANGE_IMAGE, packets.BITMAP]
     assert max(map(len, first)) < packets.MAX_PACKET_BYTES
     assert end.period_s(images.sonar) == pytest.approx(1.0 / 6.0, rel=0.02)
+
+
+def test_its_pings_hold_the_ranges_and_directions_of_its_images() -> None:
+    scene, model = scene_of(sphere(9.0, 3.0, 19.0)), load_sonar(CONFIG / "sonars" / "sonar3d15.toml")
+    ping = RangeImages(model, scene).ping(0.0, 7, 0, 0)
+    assert ping.range_grid is not None
+    assert (ping.beams, ping.samples) == model.pixels == (256, 64)
+    image = range_image(SONAR, scene, 0.0, 7)  # opens as far
+    np.testing.assert_allclose(frame_of(ping).astype(float).T * ping.dr_m, image, atol=0.51 * ping.dr_m)
+    np.testing.assert_allclose(ping.bearing_rad, SONAR.bearing_rad)
+    np.testing.assert_allclose(ping.range_grid.elevation_rad, SONAR.elevation_rad)
+
+
+def test_a_sonar_without_pixels_sends_no_range_images() -> None:
+    with pytest.raises(ValueError, match="no pixels"):
+        RangeImages(load_sonar(CONFIG / "sonars" / "seabat6012.toml"), shipped_scene())

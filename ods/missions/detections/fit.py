@@ -41,8 +41,8 @@ def fit_to_file(campaign: Campaign, path: Path, console: Console) -> None:
 def fitted(campaign: Campaign, missions: int) -> tuple[Heard, Laws]:
     """Return what is heard in image-level missions, in worlds that no campaign flies, and its laws. Raises OdsError."""
     setup = Setup(sonar_of(campaign), onboard_of(campaign), None)
-    if setup.sonar.planes > 1:
-        raise OdsError(f"sonar: {setup.sonar.name} has several planes: detections are fitted to sonars of one")
+    if setup.sonar.planes > 1 or setup.sonar.pixels is not None:
+        raise OdsError(f"sonar: {setup.sonar.name} sees in 3-D: detections are fitted to sonars of one plane")
     gathering, shown, chain_ms = Gathering(fan_of(setup.sonar)), list[Detections](), list[float]()
     for number in range(FIRST_TO_FIT, FIRST_TO_FIT + missions):
         watch, found = gathered(campaign, number, setup, gathering)

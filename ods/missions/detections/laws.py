@@ -130,9 +130,9 @@ def fingerprints(campaign: Campaign, pipeline: PipelineSettings, sonar: SonarMod
 
 
 def sonar_fingerprint(sonar: SonarModel) -> str:
-    """Return what no two sonars have in common, whatever their names."""
+    """Return what no two sonars have in common, whatever their names: the same in each process."""
     parts = [getattr(sonar, name) for name in sonar.__dataclass_fields__]
-    return sha256(b"".join(np.asarray(part).tobytes() for part in parts)).hexdigest()
+    return sha256(b"".join(np.asarray(part).tobytes() for part in parts if part is not None)).hexdigest()
 
 
 def refuse_others(laws: Laws, campaign: Campaign, pipeline: PipelineSettings, sonar: SonarModel) -> None:

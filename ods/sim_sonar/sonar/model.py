@@ -36,6 +36,8 @@ class SonarModel:
     """(planes, patterns.ELEVATION_NODES) S^2 of eq. 5 over the sine of elevation."""
     horizontal_cumulative: Floats
     """Running integral of the horizontal pattern, see patterns.horizontal_cumulative."""
+    pixels: tuple[int, int] | None = None
+    """Bearings and elevations of range images; none: it sends levels by bearing and range."""
 
     @property
     def beams(self) -> int:
@@ -84,6 +86,7 @@ def make_sonar(file: SonarFile) -> SonarModel:
         overhead_s=file.overhead_s,
         vertical_two_way=np.stack([_vertical(file.vertical, axis) for axis in axes]),
         horizontal_cumulative=patterns.horizontal_cumulative(file.side_lobe_db, 360.0 / file.beam_width_deg),
+        pixels=file.pixels,
     )
 
 

@@ -8,6 +8,7 @@ import msgspec
 from ods.base.settings import NonNegative, Positive, Settings, unit
 
 Degrees90 = Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
+Pixels = Annotated[int, msgspec.Meta(ge=2, le=1024)]
 Level = Annotated[float, msgspec.Meta(le=0.0)]
 
 
@@ -67,6 +68,8 @@ class SonarFile(Settings, frozen=True, kw_only=True):
     """Sample spacing in slant range, m."""
     samples: Annotated[int, msgspec.Meta(ge=1, le=65536)]
     """Range samples of each beam."""
+    pixels: tuple[Pixels, Pixels] | None = None
+    """Bearings and elevations of a 3-D sonar's range images; none: it sends levels by bearing and range."""
     overhead_s: NonNegative = 0.0
     """Time between the last sample of a ping and the next transmission, s."""
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.base.arrays import Floats, Mask
+from ods.compiled import native
 from ods.messages import Sector
 from ods.tracker.clearance.fan_mask import FanMask
 from ods.tracker.clearance.volume_mask import LayerSeen, layer_seen
@@ -27,7 +28,7 @@ HALF_DIAGONAL = math.sqrt(0.5)
 """Of a cell, in cells."""
 NEVER = -1e18
 
-Counts = NDArray[np.int16]
+Counts = NDArray[np.uint16]
 
 
 class Head(NamedTuple):
@@ -115,7 +116,7 @@ class FreeGrid:
         clear, since_s, above_s = empty & (room >= 0.0), t_s, t_s + room / self._settings.fastest_vertical_m_s
         if swept:
             clear, since_s, above_s = self._with_parts_before(t_s, cells, clear, heard, above_s)
-        away = _cells_from_others(clear)
+        away = cells_from_others(clear)
         hold_m = np.maximum(away * HALF_DIAGONAL - 1.0 - HALF_DIAGONAL, 0.0) * self.cell_m
         hold_until = np.minimum(since_s + hold_m / self._settings.fastest_m_s, above_s)
         until = self._free_until[cells]
@@ -161,16 +162,11 @@ class FreeGrid:
         return forward, starboard, down
 
 
-def _cells_from_others(mask: Mask) -> Counts:
+def cells_from_others(mask: Mask) -> Counts:
     """Return by how many steps to a neighbour each cell is away from one that is not in the mask, or from the rim.
 
     The straight way is at least sqrt(1/2) of that.
     """
-    away = np.where(mask, np.int16(2 * SIDE), np.int16(0))
-    for _ in range(2):  # along rows each time, which is fast, of the grid and of the grid turned
-        count = np.arange(len(away), dtype=np.int16)[:, None]
-        before = np.minimum.accumulate(away - count) + count
-        after = np.minimum.accumulate((away + count)[::-1])[::-1] - count
-        rim = np.minimum(count, count[::-1]) + np.int16(1)
-        away = np.ascontiguousarray(np.minimum(np.minimum(before, after), rim).T)
-    return np.asarray(away * mask)
+    away = np.empty(mask.shape, np.uint16)
+    native.cells_from_others(mask, away)
+    return away

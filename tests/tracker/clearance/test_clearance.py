@@ -14,7 +14,7 @@ from ods.base.clock import NS
 from ods.base.frames.geometry import body_to_polar, global_to_body, quat_from_euler
 from ods.messages import Clearance, Detection, Detections, Obstacle, ObstacleList, PoseAt, Sector, UnseenPart
 from ods.tracker.clearance.clearance import ClearanceKeeper
-from ods.tracker.clearance.free_grid import REACH, ROOM
+from ods.tracker.clearance.free_grid import REACH, ROOM, cells_from_others
 from ods.tracker.settings import ClearanceSettings
 
 N = 72
@@ -229,6 +229,16 @@ def test_what_is_not_looked_at_any_more_shrinks_as_fast_as_anything_could_come_i
         way_m = SETTINGS.fastest_m_s * 1.5 * k
         assert RANGE_M - math.sqrt(2.0) * way_m - SLACK_M <= of(made, 2.0)[1] <= RANGE_M - way_m
     assert max(bench.blind(Stand(), 45.0).clear_to_m) == 0.0
+
+
+def test_cells_are_so_many_steps_from_the_nearest_that_is_not_in_the_mask() -> None:
+    rng = np.random.default_rng(4)
+    for shape in ((1, 1), (1, 7), (9, 13), (30, 20)):
+        for share in (0.7, 0.97, 1.0):
+            mask = rng.random(shape) < share
+            others = np.argwhere(~np.pad(mask, 1)) - 1
+            steps = np.abs(np.indices(shape)[:, :, :, None] - others.T[:, None, None, :]).sum(axis=0).min(axis=2)
+            np.testing.assert_array_equal(cells_from_others(mask), steps)
 
 
 def test_what_was_looked_at_is_held_while_the_vehicle_turns_away() -> None:

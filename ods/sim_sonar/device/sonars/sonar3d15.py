@@ -7,10 +7,9 @@ import numpy as np
 from ods.sim_sonar.device.sonars import sonar3d15_packets as wire
 from ods.sim_sonar.device.sonars.sonar3d15_packets import ImageSays
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.range_image import RangeSonar, range_image
+from ods.sim_sonar.range_image import range_image, range_sonar
 from ods.sim_sonar.sonar.model import SonarModel
 
-COLUMNS, ROWS = 256, 64
 SCALE_M = 15.0 / 2**14
 STRENGTH = 120
 """Of every echo."""
@@ -20,15 +19,12 @@ class Sonar3d15End:
     """The far end of a Sonar 3D-15: see `FarEnd`. Nothing can be asked of it."""
 
     def __init__(self, nominal: ImageSimulator) -> None:
-        """`nominal`: of the sonar's file, which gives openings, range and rate. Raises ValueError: a rough sea-bed."""
-        sonar = nominal.sonar
+        """`nominal`: of the sonar's file, which gives openings, pixels, range and rate.
+
+        Raises ValueError: a rough sea-bed, or a sonar without pixels.
+        """
         self._nominal = nominal
-        across = 0.5 * float(sonar.bearing_rad[-1] - sonar.bearing_rad[0])
-        self._sonar = RangeSonar(
-            bearing_rad=np.linspace(-across, across, COLUMNS),
-            elevation_rad=np.linspace(-sonar.half_vertical_rad, sonar.half_vertical_rad, ROWS),
-            range_max_m=sonar.range_max_m,
-        )
+        self._sonar = range_sonar(nominal.sonar)
         range_image(self._sonar, nominal.scene, 0.0, 0)
 
     @property
