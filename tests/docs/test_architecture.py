@@ -1,4 +1,4 @@
-"""What README, docs/architecture.md and docs/glossary.md say of the house is so: folders, layers, processes, names."""
+"""What README, docs/architecture.md, docs/code-map.md and docs/glossary.md say of the code is so: folders, layers, processes, names."""
 
 import ast
 import importlib
@@ -12,9 +12,10 @@ from ods.runtime.processes import PROCESSES
 
 PROJECT = Path(__file__).parents[2]
 PAGE = (PROJECT / "docs" / "architecture.md").read_text()
+PATH = (PROJECT / "docs" / "code-map.md").read_text()
 README = (PROJECT / "README.md").read_text()
 NAMED = r"`(ods/\S+\.py)` `([\w.]+)`"
-STATIONS = re.findall(NAMED, PAGE)
+STATIONS = re.findall(NAMED, PATH)
 GLOSSARY = (PROJECT / "docs" / "glossary.md").read_text()
 WORDS = re.findall(r"^\| (.+) \| .+ \| " + NAMED + r" \|$", GLOSSARY, re.MULTILINE)
 NOT_OF_A_PACKAGE = {
@@ -101,7 +102,7 @@ def test_the_path_is_long_enough_to_be_one() -> None:
 
 
 def test_named_files_and_folders_exist() -> None:
-    named = re.findall(r"`((?:ods|tests|benchmarks|in_vcan|config|deploy)/[\w/.]*)`", PAGE)
+    named = re.findall(r"`((?:ods|tests|benchmarks|in_vcan|config|deploy)/[\w/.]*)`", PAGE + PATH)
     assert [path for path in named if not (PROJECT / path).exists()] == []
 
 
