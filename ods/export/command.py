@@ -11,6 +11,7 @@ from ods.export.pour import TOPICS, export
 from ods.export.sink import Sink
 from ods.recording.mcap.reader import open_recording
 
+
 class Format(NamedTuple):
     """One row of the table of formats."""
 

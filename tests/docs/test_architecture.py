@@ -1,4 +1,4 @@
-"""What README, docs/architecture.md, docs/code-map.md and docs/glossary.md say of the code is so: folders, layers, processes, names."""
+"""What README, architecture, code-map and glossary say of the code is so: folders, layers, processes, names."""
 
 import ast
 import importlib
