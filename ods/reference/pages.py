@@ -1,10 +1,11 @@
 """All generated pages."""
 
 from ods.reference.counter_pages import counter_pages
+from ods.reference.file_pages import file_pages
 from ods.reference.message_pages import message_pages, schema
 from ods.reference.setting_pages import setting_pages
 
 
 def pages() -> dict[str, str]:
     """Return every generated file of docs/: name and text."""
-    return {**message_pages(), "messages.schema.json": schema(), **setting_pages(), **counter_pages()}
+    return {**message_pages(), "messages.schema.json": schema(), **setting_pages(), **file_pages(), **counter_pages()}

@@ -1,6 +1,7 @@
 """Pages of the configuration."""
 
 import inspect
+from collections.abc import Collection
 from typing import get_args, get_origin, get_type_hints
 
 import msgspec
@@ -40,11 +41,15 @@ def setting_pages() -> dict[str, str]:
     named: dict[str, list[str]] = {page: [] for page in SETTINGS}
     seen: dict[type[msgspec.Struct], str] = {}
     for config in (OnboardConfig, BenchConfig):
-        for path, text in _tables(config, "", seen):
+        for path, text in tables(config, "", seen):
             page = next((TABLES[each] for each in _parents(path) if each in TABLES), "vehicle")
             found[page] += text
             named[page] += [f"`{path}`"] if path.count(".") == 0 or path in TABLES else []
     rows = "".join(f"| [{SETTINGS[page]}](configuration/{page}.md) | {', '.join(named[page])} |\n" for page in SETTINGS)
+    rows += "| [Equalizers and filters](configuration/stages.md), [detectors](configuration/detectors.md) "
+    rows += "| `pipeline.stage[]` |\n"
+    rows += "| [Scene files](configuration/scene.md), [their images](configuration/image.md) | config/scenes/*.toml |\n"
+    rows += "| [Sonar files](configuration/sonar-file.md) | config/sonars/*.toml |\n"
     made = {
         f"configuration/{page}.md": f"# {SETTINGS[page]}: configuration\n\n{GENERATED} "
         f"[How to read it, and all tables](../configuration.md).\n{text}"
@@ -59,25 +64,32 @@ def _parents(path: str) -> list[str]:
     return [".".join(parts[:n]) for n in range(len(parts), 0, -1)]
 
 
-def _tables(kind: type[msgspec.Struct], path: str, seen: dict[type[msgspec.Struct], str]) -> list[tuple[str, str]]:
+def tables(kind: type[msgspec.Struct], path: str, seen: dict[type[msgspec.Struct], str]) -> list[tuple[str, str]]:
     """Return path and section of one TOML table and of the tables inside it; one that was there is only named."""
     if path and kind in seen:
         same = f"\n## [{path}]\n\n{inspect.getdoc(kind)} Its keys are those of `[{seen[kind]}]`.\n"
         return [(path, same)] if seen[kind] != path else []
     seen[kind] = path
-    meaning = field_docs(kind)
     hints = get_type_hints(kind, include_extras=True)
-    rows, inner = "", list[tuple[str, str]]()
+    inner = list[tuple[str, str]]()
     for field in msgspec.structs.fields(kind):
-        hint = hints[field.name]
-        key = f"{path}.{field.name}".lstrip(".")
-        if not (inspect.isclass(hint) and issubclass(hint, msgspec.Struct)):
-            rows += f"| `{field.name}` | {type_name(hint)} | {_default(field)} | {meaning.get(field.name, '')} |\n"
-        for item, suffix in _structs_inside(hint):
-            inner += _tables(item, key + suffix, seen)
-    head = f"\n## [{path}]\n\n{inspect.getdoc(kind)}\n" if path else ""
-    table = f"\n| key | type | default | meaning |\n|---|---|---|---|\n{rows}" if rows else ""
-    return [(path, head + table), *inner] if path else inner
+        for item, suffix in _structs_inside(hints[field.name]):
+            inner += tables(item, f"{path}.{field.name}".lstrip(".") + suffix, seen)
+    table = key_table(kind)
+    head = f"\n## [{path}]\n\n{inspect.getdoc(kind)}\n"
+    return [(path, head + (f"\n{table}" if table else "")), *inner] if path else inner
+
+
+def key_table(kind: type[msgspec.Struct], leave_out: Collection[str] = ()) -> str:
+    """Return the table of a struct's keys but for those that are tables themselves; "" where there is none."""
+    meaning, hints = field_docs(kind), get_type_hints(kind, include_extras=True)
+    rows = "".join(
+        f"| `{field.name}` | {type_name(hint)} | {_default(field)} | {meaning.get(field.name, '')} |\n"
+        for field in msgspec.structs.fields(kind)
+        if field.name not in leave_out
+        and not (inspect.isclass(hint := hints[field.name]) and issubclass(hint, msgspec.Struct))
+    )
+    return f"| key | type | default | meaning |\n|---|---|---|---|\n{rows}" if rows else ""
 
 
 def _structs_inside(hint: object, suffix: str = "") -> list[tuple[type[msgspec.Struct], str]]:
