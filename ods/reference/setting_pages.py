@@ -14,8 +14,8 @@ from ods.reference.type_names import GENERATED, type_name
 SETTINGS = {
     "vehicle": "Vehicle, bus and recordings", "sonar": "Line to the sonar", "sonars": "Settings by kind of sonar",
     "nav": "Navigation", "canopen": "INS by CANopen", "dbc": "INS by a DBC file", "nmea": "INS by NMEA 0183",
-    "pipeline": "Detection", "tracker": "Tracker", "lists": "Obstacle list, clearance and map", "bridges": "Bridges", "bench": "Bench: simulation and limits",
-    "planner": "Bench: planner",
+    "pipeline": "Detection", "tracker": "Tracker", "lists": "Obstacle list, clearance and map",
+    "bridges": "Bridges", "bench": "Bench: simulation and limits", "planner": "Bench: planner",
 }  # fmt: skip
 """Pages of settings, in their order."""
 TABLES = {
@@ -23,8 +23,7 @@ TABLES = {
     "sonar.ping360": "sonars", "sonar.sonar3d15": "sonars", "nav": "nav", "nav.canopen": "canopen", "nav.dbc": "dbc",
     "nav.nmea": "nmea", "pipeline": "pipeline", "tracker": "tracker", "tracker.planner": "lists",
     "tracker.bottom": "lists", "tracker.surface": "lists", "tracker.clearance": "lists", "tracker.map": "lists",
-    "bridge": "bridges", "sim": "bench",
-    "limits": "bench", "kill": "bench", "planner": "planner",
+    "bridge": "bridges", "sim": "bench", "limits": "bench", "kill": "bench", "planner": "planner",
 }  # fmt: skip
 """Page of each table and of those inside it; all others: "vehicle"."""
 CONFIG_HEAD = """# Configuration
