@@ -60,7 +60,6 @@ def test_a_page_can_be_followed(page: Path, copy: Path) -> None:
             case _:
                 (copy / path).parent.mkdir(exist_ok=True)
                 (copy / path).write_text(text)
-                assert not path.startswith("docs/examples/") or text == (PROJECT / path).read_text()
     assert compared
 
 
