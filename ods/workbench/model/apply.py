@@ -72,7 +72,7 @@ def _set_bookmark(state: State, action: do.SetBookmark) -> State:
 
 def _swap(state: State, _: do.SwapAB) -> State:
     if state.other is None:
-        raise PathError("B: there is none; keep a configuration as B first")
+        raise PathError("B: none is kept; keep a configuration as B first")
     return replace(state, tuning=state.other, other=state.tuning)
 
 
