@@ -26,7 +26,7 @@ def scan_steps(commit: str, cases: Mapping[int, Case], settling: int) -> dict[in
         for size, case in cases.items():
             files.append(Path(folder) / f"{size}.npz")
             save_case(case, files[-1])
-        ready = [made_ready(HERE, Path(folder)), made_ready(other, Path(folder) / "venv")]
+        ready = [made_ready(HERE), made_ready(other)]
         both = [ends.enter_context(_process(checkout, files)) for checkout in ready]
         found = {}
         for number, size in enumerate(cases):

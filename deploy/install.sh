@@ -110,7 +110,7 @@ install_units() {
     install -D -m 644 "$scratch/record.conf" $UNITS/ods@record.service.d/record.conf
     sed "s|/opt/ods/|$PREFIX/|" deploy/listen.conf >"$scratch/listen.conf"
     install -D -m 644 "$scratch/listen.conf" $UNITS/ods@listen.service.d/listen.conf
-    for bridge in json ttm moos ros2 mavlink; do
+    for bridge in $(grep -o 'bridge_[a-z0-9]*' deploy/ods.target | cut -d _ -f 2); do
         sed "s|/opt/ods/|$PREFIX/|; s|NAME|$bridge|" deploy/bridge.conf >"$scratch/bridge.conf"
         install -D -m 644 "$scratch/bridge.conf" "$UNITS/ods@bridge_$bridge.service.d/bridge.conf"
     done

@@ -2,28 +2,48 @@
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
+from typing import NamedTuple
 
 from ods.export.place import Place, place_of
 from ods.export.pour import TOPICS, export
 from ods.export.sink import Sink
 from ods.recording.mcap.reader import open_recording
 
+
+class Format(NamedTuple):
+    """One row of the table of formats."""
+
+    text: str
+    """What the file is for."""
+    sink: str
+    """MODULE:CLASS; imported only when the format is chosen, as it may need other people's libraries."""
+    needs: tuple[str, ...] = ()
+    """Fields of `Place` that the class takes behind the path."""
+
+
 FORMATS = {
-    "foxglove": "MCAP file of Foxglove's messages, for Foxglove and Lichtblick",
-    "ros2": "ROS 2 bag, a folder, for ros2 bag play and everything that reads bags",
-    "csv": "tables, a folder, for pandas and spreadsheets",
-    "s7k": "pings, contacts and poses for 7k software",
-    "geojson": "tracks for geographic software",
-}
+    "foxglove": Format(
+        "MCAP file of Foxglove's messages, for Foxglove and Lichtblick",
+        "ods.export.foxglove_file:FoxgloveFile", ("mounting", "frame"),
+    ),
+    "ros2": Format(
+        "ROS 2 bag, a folder, for ros2 bag play and everything that reads bags", "ods.export.ros2:Ros2Bag",
+        ("mounting",),
+    ),
+    "csv": Format("tables, a folder, for pandas and spreadsheets", "ods.export.csv_tables:CsvTables"),
+    "s7k": Format("pings, contacts and poses for 7k software", "ods.export.s7k:S7kFile", ("frame",)),
+    "geojson": Format("tracks for geographic software", "ods.export.geojson:GeoJsonFile", ("frame",)),
+}  # fmt: skip
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Recording and format."""
     parser.add_argument("recording", type=Path, metavar="RECORDING", help="file or folder that `ods record` wrote")
     formats = parser.add_mutually_exclusive_group(required=True)
-    for name, text in FORMATS.items():
-        formats.add_argument(f"--{name}", type=Path, metavar="OUT", help=text)
+    for name, row in FORMATS.items():
+        formats.add_argument(f"--{name}", type=Path, metavar="OUT", help=row.text)
 
 
 def run(args: Namespace) -> None:
@@ -38,26 +58,11 @@ def run(args: Namespace) -> None:
 
 
 def maker(name: str, place: Place) -> Callable[[Path], Sink]:
-    """Return what makes a file of one of FORMATS; other people's libraries are imported only if it needs them."""
-    if name == "foxglove":
-        from ods.export.foxglove_file import FoxgloveFile
-
-        return lambda path: FoxgloveFile(path, place.mounting, place.frame)
-    if name == "ros2":
-        from ods.export.ros2 import Ros2Bag
-
-        return lambda path: Ros2Bag(path, place.mounting)
-    if name == "csv":
-        from ods.export.csv_tables import CsvTables
-
-        return CsvTables
-    if name == "s7k":
-        from ods.export.s7k import S7kFile
-
-        return lambda path: S7kFile(path, place.frame)
-    from ods.export.geojson import GeoJsonFile
-
-    return lambda path: GeoJsonFile(path, place.frame)
+    """Return what makes a file of one of FORMATS. Raises ModuleNotFoundError without the libraries that it needs."""
+    row = FORMATS[name]
+    module, _, kind = row.sink.partition(":")
+    sink: Callable[..., Sink] = getattr(import_module(module), kind)
+    return lambda path: sink(path, *(getattr(place, field) for field in row.needs))
 
 
 def _size(out: Path) -> int:

@@ -5,7 +5,6 @@ elevation positive up. `t_ns` is CLOCK_MONOTONIC of this machine, `utc_ns` is na
 On another machine only UTC means anything. Fields whose name ends in `_ns` are integers of 64 bits, and the only ones
 that may exceed 2^53: as JavaScript's Number, UTC is rounded to 256 ns; ask the decoder for BigInt where that matters
 (`useBigInt64` of @msgpack/msgpack). New ids are below 2^31.
-The reference in docs/messages.md is generated from these types.
 """
 
 from ods.messages.detections import (

@@ -69,7 +69,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("hang_ups", "times all clients of an address were disconnected: a key was revoked", trouble=False),
         CounterRow("listen_errors", "attempts to listen that failed: the port is taken, or the interface is not there"),
     ),
-    **{f"bridge_{name}": _BRIDGE for name in ("json", "ttm", "moos", "mavlink")},
+    **{name: _BRIDGE for name in PROCESSES if name.startswith("bridge_")},
     "bridge_ros2": _BRIDGE_ROS2,
     "sonar": (
         CounterRow("pings", "pings published", trouble=False),

@@ -1,5 +1,7 @@
 """Bad configuration of a bridge: one line that names file and key; none runs unless its table is given."""
 
+import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -70,8 +72,9 @@ def test_a_bridge_without_its_table_says_so(tmp_path: Path, capsys: pytest.Captu
 def test_each_table_has_its_process_and_its_unit() -> None:
     names = [f"bridge_{name}" for name in BridgeSettings.__struct_fields__]
     assert names == [name for name in PROCESSES if name.startswith("bridge_")]
-    install = (DEPLOY / "install.sh").read_text()
-    assert f"for bridge in {' '.join(BridgeSettings.__struct_fields__)}; do" in install
+    (listing,) = re.findall(r"for bridge in \$\((.+)\); do", (DEPLOY / "install.sh").read_text())
+    listed = subprocess.run(["sh", "-c", listing], cwd=DEPLOY.parent, capture_output=True, text=True, check=True)
+    assert listed.stdout.split() == list(BridgeSettings.__struct_fields__)
     unit = (DEPLOY / "bridge.conf").read_text()
     assert "ExecCondition=/opt/ods/bin/ods bridge NAME --is-on --config" in unit
     assert "\nExecStart=\nExecStart=/opt/ods/bin/ods bridge NAME --config" in unit

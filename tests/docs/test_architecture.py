@@ -1,4 +1,4 @@
-"""What README, docs/architecture.md and docs/glossary.md say of the house is so: folders, layers, processes, names."""
+"""What README, docs/architecture.md and docs/glossary.md say of the code is so: folders, layers, processes, names."""
 
 import ast
 import importlib
@@ -32,12 +32,6 @@ NOT_OF_A_PACKAGE = {
 """Folders of tests that are not named after a folder of `ods`."""
 
 
-def docstring(file: Path) -> str:
-    """Return the first paragraph of a module's docstring as one line."""
-    text = ast.get_docstring(ast.parse(file.read_text())) or ""
-    return " ".join(text.split("\n\n")[0].split())
-
-
 def is_there(file: str, name: str) -> bool:
     """Tell whether a file defines a function or class of this name, which has the method behind the dot, if any."""
     outer, _, method = name.partition(".")
@@ -45,14 +39,6 @@ def is_there(file: str, name: str) -> bool:
         return False
     module = importlib.import_module(file.removesuffix(".py").replace("/", "."))
     return not method or callable(getattr(getattr(module, outer), method, None))
-
-
-def test_every_folder_is_listed_with_its_docstring() -> None:
-    packages = {path.parent for path in (PROJECT / "ods").rglob("__init__.py")} - {PROJECT / "ods"}
-    wanted = {f"| `{folder.relative_to(PROJECT)}/` | {docstring(folder / '__init__.py')} |" for folder in packages}
-    listed = {line for line in PAGE.splitlines() if re.match(r"\| `ods/\S+/` \| [^`|]*(`[^`]+`[^`|]*)* \|$", line)}
-    assert wanted - listed == set()
-    assert {line for line in listed if line.count("|") == 3} - wanted == set()
 
 
 def test_layers_are_those_of_the_import_contract() -> None:

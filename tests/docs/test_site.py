@@ -101,7 +101,7 @@ def test_readme_lists_the_pages_of_the_navigation() -> None:
     table = readme[readme.index("## Documentation") :]
     wanted = [root_pages.get(page, f"docs/{page}") for page in pages if page != "index.md"]
     of_an_index = re.compile(
-        r"docs/(how-to|studies|tracker|pipeline|navigation|hardware|oculus|protocols|simulator)/(?!README)"
+        r"docs/(configuration|counters|messages|how-to|studies|tracker|pipeline|navigation|hardware|oculus|protocols|simulator|workbench)/(?!README)"
     )
     assert re.findall(r"\]\(([\w/.-]+)\)", table) == [page for page in wanted if not of_an_index.match(page)]
 
