@@ -2,11 +2,19 @@
 
 from typing import Any
 
+import msgspec
+import numpy as np
 import pytest
 
-from benchmarks.causes import CAUSES, Cause, judged
+from benchmarks.causes import CAUSES, SCENE, Cause, judged, until_a_body
+from benchmarks.circles import ping_of
+from ods.base.clock import NS
+from ods.base.settings_file import load
 from ods.messages import ObstacleList
 from ods.runtime.caution import cautions
+from ods.sim_sonar.scene.motion import VehicleMotion
+from ods.sim_sonar.scene.settings import SceneFile
+from ods.sim_sonar.scene.timeline import Scene
 
 TOLD = {
     "pulses each 0.1 s, 1000 counts": "another sonar's pulses",
@@ -34,3 +42,11 @@ def test_an_image_that_stands_still_is_a_caution_of_the_list() -> None:
 
 def test_without_a_cause_nothing_is_told() -> None:
     assert not judged(Cause("nothing", {}, seconds=10.0)).said
+
+
+def test_a_scene_that_a_planner_steers_through_ends_before_a_body_is_around_the_sonar() -> None:
+    """In avoid.toml pile 1, of radius 1.8 m, lies 38.2 m ahead and 0.3 m aside of a way at 1 m/s."""
+    file = load(SCENE.parent / "avoid.toml", SceneFile)
+    ping = ping_of(np.ones((2, 4), np.float32))
+    pings = [msgspec.structs.replace(ping, t_ns=second * NS) for second in range(60)]
+    assert len(list(until_a_body(Scene(file, vehicle=VehicleMotion(file.vehicle)), pings))) == 36

@@ -74,7 +74,7 @@ def test_every_echo_has_finite_sigmas_and_none_below_the_columns(
     echo["near_m"], echo["range_m"], echo["radius_m"] = wide, wide + long, radius
     echo["peak"], echo["mean"], echo["cells"], echo["range_extent_m"] = max(levels), min(levels), cells, long
     depth = Depth(wide, wide + long, rise, 3.0 * shares[0] - 1.0, shares[1], 0.0)
-    shape = Shape(shares[1], shares[2], long, wide, blur, beams, max(levels), rise, 0.0)
+    shape = Shape(shares[1], shares[2], long, wide, blur, beams, max(levels), rise)
     features = features_of(echo, depth, shape, columns * dr_m, dr_m)
     assert np.isfinite(features).all()
     near, along, size, bearing = sigmas_of(features, columns * dr_m, shape.beside_m, wide + long, dr_m)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -171,3 +172,16 @@ def test_echoes_of_older_recordings_and_empty_lists_say_nothing() -> None:
     (seen,) = listed(outlines, 0, rock)
     assert (seen.near_m, seen.outline) == (None, None)
     assert listed(outlines, 0) == []
+
+
+@pytest.mark.parametrize("cut", [False, True])
+def test_half_of_what_echoes_claim_no_number_of_them_takes_away(cut: bool) -> None:
+    """Due east of the head: along the line of sight and of the radius; of what the fan cuts off the tracker knows."""
+    outlines, thing = Outlines(), (7, 1.8, 50.0, 2.0)
+    claims = {"sigma_range_m": 2.0, "sigma_radius_m": 1.0, "cut": cut}
+    looks(outlines, lambda head: [msgspec.structs.replace(echo(head, *thing[1:3]), **claims)], thing)
+    told = outlines.covering(snapshot(thing))
+    along, radius = (0.1, 0.2) if cut else (math.hypot(0.1, 1.0), math.hypot(0.2, 0.5))
+    np.testing.assert_allclose(told.sigma_position[:, 0], (0.1, along, 0.1), atol=1e-3)
+    assert told.sigma_radius[0] == pytest.approx(radius)
+    assert told.covariance_ne[0] == pytest.approx(0.0, abs=1e-3)

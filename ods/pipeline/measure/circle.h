@@ -29,10 +29,6 @@
    flat front in its own width. */
 #define BLURRED 0.15
 #define FLAT 0.5
-/* Largest standard deviation of where the middle of a whole body is behind its near edge: in radii, and in widths of
-   the beam, together with the doubt about what it is. */
-#define INSIDE 0.03
-#define ACROSS 0.04
 /* Up to this radius the centre is the middle of what shines, as small bodies often shine all over; from twice as much
    on it is a radius behind the near edge. */
 #define SMALL_M 0.3
@@ -44,7 +40,7 @@ typedef struct {
 
 /* What an echo shows of its body's shape: fields of circle.Shape. */
 typedef struct {
-    double whole, roundness, long_m, wide_m, blur_m, beams, contrast, beside_m, behind_m;
+    double whole, roundness, long_m, wide_m, blur_m, beams, contrast, beside_m;
 } Shape;
 
 /* How loud an echo is. */
@@ -206,7 +202,6 @@ static inline Circle circle_of(const Region *region, Ends ends, const Depth *dep
     if (resolved)
         roundness = larger(whole, roundness_of(region, ends.near_m, fan->bearing_rad, centre, 0.5 * across * middle_m));
     radius *= 1.0 + roundness / pow(crest.contrast, 3.0); /* of a weak front the highlights show */
-    const double doubt = fabs(0.5 * long_m - radius) * sqrt(whole * (1.0 - whole));
     radius = larger(0.5 * fan->dr_m, radius + whole * (0.5 * long_m - radius));
     double distance = distance_of(found.x, found.y);
     distance += roundness * held(radius / SMALL_M - 1.0, 0.0, 1.0) * (depth->near_m + radius - distance);
@@ -214,7 +209,6 @@ static inline Circle circle_of(const Region *region, Ends ends, const Depth *dep
         .whole = whole, .roundness = roundness, .long_m = long_m, .wide_m = wide_m, .blur_m = blur_m,
         .beams = (double)(region->high - region->low + 1), .contrast = crest.contrast,
         .beside_m = largest_beside_m(roundness, larger(blur_m, wide_m), blur_m, crest.peak),
-        .behind_m = sqrt(square(doubt) + square(INSIDE * radius) + square(ACROSS * blur_m)),
     };
     return (Circle){distance, atan2(found.y, found.x), radius};
 }

@@ -20,6 +20,4 @@ class Shape(NamedTuple):
     contrast: float
     """Highest level over the mean of the lower ends of its runs: over a rough sea-bed an echo ends at higher levels."""
     beside_m: float
-    """Largest standard deviation of its place across the line of sight,"""
-    behind_m: float
-    """and, where it is of a whole body, of how far the circle's centre is behind the near edge."""
+    """Largest standard deviation of its place across the line of sight."""

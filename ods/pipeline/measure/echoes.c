@@ -16,9 +16,7 @@ typedef struct {
 /* Standard deviations of what is not seen, m. */
 typedef struct {
     double hidden_m; /* how much nearer the body of a fragment begins */
-    double beside_m; /* of the place across the line of sight, at most, */
-    double behind_m; /* and, where a whole body is seen, of how far the circle's centre is behind the near edge */
-    double whole;    /* 1: it is; 0: its front is */
+    double beside_m; /* of the place across the line of sight, at most */
 } Doubt;
 
 /* Asks for the cells of a region's runs, and the samples they were made of: the cache cannot foresee them. */
@@ -89,21 +87,18 @@ static Doubt measure_one(const Region *region, Speckle speckle, const FanTable *
     echo->half_length_m = outline.half_length_m, echo->half_width_m = outline.half_width_m;
     echo->axis_rad = outline.axis_rad;
     find_features(echo, &depth, &shape, speckle.point * fan->dr_m, fan->dr_m, features);
-    return (Doubt){depth.hidden_m, shape.beside_m, shape.behind_m, shape.whole};
+    return (Doubt){depth.hidden_m, shape.beside_m};
 }
 
 /* Fills in the standard deviations.
 
-   That of the near edge is at least what of a fragment may be hidden. The centre is not better known than it, and that
-   of a whole body hardly worse. */
+   That of the near edge is at least what of a fragment may be hidden. The centre is not better known than it. */
 static void claim(Sigmas sigmas, Doubt doubt, Echo *echo)
 {
     echo->sigma_near_m = larger(doubt.hidden_m, sigmas.near_m);
     echo->sigma_radius_m = sigmas.radius_m;
     echo->sigma_bearing_rad = sigmas.bearing_rad;
-    const double along = larger(echo->sigma_near_m, sigmas.range_m);
-    const double limit = distance_of(echo->sigma_near_m, doubt.behind_m);
-    echo->sigma_range_m = along + doubt.whole * (smaller(limit, along) - along);
+    echo->sigma_range_m = larger(echo->sigma_near_m, sigmas.range_m);
 }
 
 /* Fills in the highest recorded sample, 0 where all are negative, and whether, and how, the echo is cut off. */

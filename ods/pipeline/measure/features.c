@@ -2,7 +2,7 @@
 
 #include "ods/pipeline/measure/features.h"
 
-KERNEL(features_of, ECHO "[1] echo, f8[6] depth, f8[9] shape, float point_m, float dr_m, out f8[15] features")
+KERNEL(features_of, ECHO "[1] echo, f8[6] depth, f8[8] shape, float point_m, float dr_m, out f8[15] features")
 {
     Depth depth;
     Shape shape;

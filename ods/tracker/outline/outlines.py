@@ -15,18 +15,15 @@ from ods.base.arrays import Floats, Indices, Ints
 from ods.base.clock import NS
 from ods.messages import Obstacle, Outline
 from ods.pose.buffer import PoseEstimate
+from ods.tracker.outline.owners import Extents, owned
 from ods.tracker.outline.seen import Seen
 from ods.tracker.output.snapshot import Snapshot
 
 NEWEST_SHARE = 0.1
 """Least weight of the newest image in the means."""
-GATE = 1.5
-"""An echo is of the object whose ellipse it fits best, if it is no farther from the object's position than this
-multiple of the ellipse's axes, to which are added in squares"""
-GATE_SIGMAS, GATE_M = 2.0, 0.5
-"""so many standard deviations, and m."""
 COMMON_ERROR = 0.5
-"""Part of the standard deviation claimed for a near edge that images have in common."""
+"""Part of the standard deviation claimed for a near edge, a radius or a place along the line of sight that images have
+in common: they all show the same body from the same side."""
 EDGE_KEPT_S = 2.0
 """What was not seen for longer has no near edge any more: another side of it may be the nearest."""
 SIDE_CHANGES = 0.1
@@ -59,6 +56,10 @@ class Known(NamedTuple, Generic[FloatsT]):
     """its variance by the images together, m^2, and"""
     near_claim: FloatsT
     """the mean of what the images claim, m^2: their errors are not independent."""
+    along_claim: FloatsT
+    """The same of the place along the line of sight"""
+    radius_claim: FloatsT
+    """and of the radius."""
     north: FloatsT
     """From the object's place to the outline's middle, m,"""
     east: FloatsT
@@ -83,6 +84,7 @@ class Outlines:
         self._ids: Ints = np.empty(0, np.int64)
         self._table = np.zeros((FIELDS, 0))
         self._t_ns = 0
+        self._head = np.zeros(3)
 
     @property
     def _known(self) -> Known[Floats]:
@@ -92,29 +94,48 @@ class Outlines:
     def look(self, snapshot: Snapshot, seen: Seen, head: PoseEstimate, utc_ns: int) -> None:
         """Take in the echoes of an image at `utc_ns`: those of the objects that were seen in it show their outlines."""
         self._follow(snapshot, head)
-        objects, echoes = _owned(snapshot, seen, self._known, utc_ns)
+        known = self._known
+        middle_ne = np.stack([known.north, known.east])
+        about = np.stack([known.north_north, known.north_east, known.east_east])
+        objects, echoes = owned(snapshot, seen, Extents(known.sights >= LEAST_SIGHTS, middle_ne, about), utc_ns)
         if not len(objects):
             return
         rows, parts = np.unique(objects, return_inverse=True)
         nearest = np.lexsort((seen.near[echoes], parts))[np.searchsorted(np.sort(parts), np.arange(len(rows)))]
-        self._take_edges(rows, seen.near[echoes][nearest], seen.sigma_near[echoes][nearest] ** 2)
+        front = echoes[nearest]
+        self._take_claims(rows, seen.sigma_along[front] ** 2, seen.sigma_radius[front] ** 2)
+        self._take_edges(rows, seen.near[front], seen.sigma_near[front] ** 2)
         middle, moments = _together(seen, echoes, parts, len(rows))
         nn, ne, ee = moments
         half = np.sqrt(1.5 * (nn + ee) + 3.0 * np.hypot(0.5 * (nn - ee), ne))
         self._take_extents(rows, (*(middle - snapshot.position[:2, rows]), *moments, half, half**2))
 
     def covering(self, snapshot: Snapshot) -> Snapshot:
-        """Return the objects with circles that cover their outlines, where they have one.
+        """Return the objects with circles that cover their outlines, where they have one, and with common errors.
 
         The circle of an echo of a wall seen aslant is as deep as it is wide, as that of a whole body is: too small.
         """
         place = {each: k for k, each in enumerate(self._ids.tolist())}
-        radius, known = snapshot.radius.copy(), self._table.T.tolist()
-        for k, each in enumerate(snapshot.id.tolist()):
-            if each in place:
-                reach = _reach(Known(*known[place[each]]))
-                radius[k] = max(radius[k], min(reach, TOO_SMALL * radius[k]))
-        return replace(snapshot, radius=radius)
+        listed = [k for k, each in enumerate(snapshot.id.tolist()) if each in place]
+        table = self._table[:, [place[each] for each in snapshot.id[listed].tolist()]]
+        radius, known = snapshot.radius.copy(), Known(*table)
+        reach = np.array([_reach(Known(*each)) for each in table.T.tolist()])
+        radius[listed] = np.maximum(radius[listed], np.minimum(reach, TOO_SMALL * radius[listed]))
+        away = (snapshot.position - self._head[:, None])[:2, listed]
+        north, east = away / np.maximum(np.hypot(*away), 1e-3)
+        shared = np.zeros((4, len(snapshot)))
+        along = COMMON_ERROR**2 * known.along_claim
+        shared[:, listed] = (
+            along * north**2,
+            along * east**2,
+            along * north * east,
+            COMMON_ERROR**2 * known.radius_claim,
+        )
+        return replace(
+            snapshot, radius=radius, covariance_ne=snapshot.covariance_ne + shared[2],
+            sigma_position=np.sqrt(snapshot.sigma_position**2 + np.vstack((shared[:2], np.zeros((1, len(snapshot)))))),
+            sigma_radius=np.sqrt(snapshot.sigma_radius**2 + shared[3]),
+        )  # fmt: skip
 
     def outlined(self, obstacles: list[Obstacle], t_ns: int) -> list[Obstacle]:
         """Return obstacles with their outlines, and their edges if `t_ns` is the time of the newest image."""
@@ -141,7 +162,15 @@ class Outlines:
         moves = dt * snapshot.sigma_velocity[:2].max(axis=0, initial=0.0) ** 2
         known.near_variance[:] += dt * (moves + SIDE_CHANGES**2)
         known.unseen_s[:] += dt
-        self._ids, self._table, self._t_ns = snapshot.id.copy(), table, head.t_ns
+        self._ids, self._table, self._t_ns, self._head = snapshot.id.copy(), table, head.t_ns, head.position_ned
+
+    def _take_claims(self, rows: Indices, along: Floats, radius: Floats) -> None:
+        """Take in what images claim of place and radius, where they see the whole object."""
+        whole = np.isfinite(radius)
+        rows, known = rows[whole], self._known
+        share = np.where(known.radius_claim[rows] == 0.0, 1.0, _share_of(known.sights[rows]))
+        known.along_claim[rows] += share * (along[whole] - known.along_claim[rows])
+        known.radius_claim[rows] += share * (radius[whole] - known.radius_claim[rows])
 
     def _take_edges(self, rows: Indices, near: Floats, variance: Floats) -> None:
         """Correct near edges, or begin with them."""
@@ -167,48 +196,6 @@ class Outlines:
 def _share_of(sights: Floats) -> Floats:
     """Return the weight of a new image after a number of them."""
     return np.maximum(NEWEST_SHARE, 1.0 / (sights + 1.0))
-
-
-def _owned(snapshot: Snapshot, seen: Seen, known: Known[Floats], utc_ns: int) -> tuple[Indices, Indices]:
-    """Return pairs of objects that were seen and their echoes, each echo once."""
-    objects, echoes = _near_each_other(snapshot, seen, utc_ns)
-    radius, north, east = snapshot.radius[objects], known.north[objects], known.east[objects]
-    is_round = known.sights[objects] < LEAST_SIGHTS  # as far as is known yet
-    nn, ne, ee = (
-        np.where(is_round, circle, 3.0 * about)
-        for circle, about in (
-            (radius**2, known.north_north[objects] + north**2),
-            (0.0 * radius, known.north_east[objects] + north * east),
-            (radius**2, known.east_east[objects] + east**2),
-        )
-    )
-    blur = _blur_m(snapshot, seen, objects, echoes) ** 2
-    nn, ee = nn + blur, ee + blur
-    area = nn * ee - ne * ne
-    north, east = seen.place[echoes].T - snapshot.position[:2, objects]
-    away = (ee * north**2 - 2.0 * ne * north * east + nn * east**2) / area
-    best = np.lexsort((away + np.log(area), echoes))
-    best = best[np.diff(echoes[best], prepend=-1) > 0]
-    best = best[away[best] <= GATE**2]
-    return objects[best], echoes[best]
-
-
-def _near_each_other(snapshot: Snapshot, seen: Seen, utc_ns: int) -> tuple[Indices, Indices]:
-    """Return the pairs of seen objects and echoes that their circles allow, whatever the last images showed."""
-    live = np.flatnonzero(snapshot.last_seen_utc_ns == utc_ns)
-    apart = np.hypot(*(seen.place.T[:, None, :] - snapshot.position[:2, live][:, :, None]))
-    farthest = (snapshot.radius + GATE * GATE_SIGMAS * snapshot.sigma_position[:2].max(axis=0))[live]
-    rows, echoes = np.nonzero(apart <= farthest[:, None] + (GATE * (GATE_SIGMAS * seen.sigma + GATE_M))[None, :])
-    objects = live[rows]
-    within = snapshot.radius[objects] + GATE * _blur_m(snapshot, seen, objects, echoes)
-    largest = 2.0 * (snapshot.radius + GATE_SIGMAS * snapshot.sigma_radius)[objects] + GATE_M
-    possible = (apart[rows, echoes] <= within) & (seen.radius[echoes] <= largest)
-    return objects[possible], echoes[possible]
-
-
-def _blur_m(snapshot: Snapshot, seen: Seen, objects: Indices, echoes: Indices) -> Floats:
-    sigma = np.hypot(snapshot.sigma_position[:2, objects].max(axis=0, initial=0.0), seen.sigma[echoes])
-    return np.asarray(np.hypot(GATE_SIGMAS * sigma, GATE_M))
 
 
 def _together(seen: Seen, echoes: Indices, parts: Indices, count: int) -> tuple[Floats, tuple[Floats, Floats, Floats]]:

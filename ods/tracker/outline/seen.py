@@ -24,6 +24,10 @@ class Seen(NamedTuple):
     """Slant range of the near edge, m;"""
     sigma_near: Floats
     """its standard deviation, m."""
+    sigma_along: Floats
+    """Those of the place along the line of sight"""
+    sigma_radius: Floats
+    """and of the radius, m; NaN both where an echo is cut off: the tracker itself keeps what these have in common."""
     extent: Floats
     """(m, 2, 2) second moments of what is seen of it, north and east, m^2."""
     length: Floats
@@ -40,14 +44,14 @@ def seen_from(head: PoseEstimate, echoes: Sequence[Detection], fan_turn: float, 
     columns = np.array(
         [
             (*(d.range_m, d.bearing_rad, d.elevation_rad, d.radius_m, d.sigma_range_m, d.sigma_bearing_rad),
-             *(d.near_m, d.sigma_near_m, d.half_length_m, d.half_width_m, d.axis_rad))
+             *(d.near_m, d.sigma_near_m, d.half_length_m, d.half_width_m, d.axis_rad),
+             np.nan if d.cut else d.sigma_radius_m)
             for d in echoes
             if d.sigma_near_m > 0.0 and d.half_length_m > 0.0
         ]
     )  # fmt: skip
-    distance, bearing, elevation, radius, along, turned, near, sigma_near, length, width, axis = columns.reshape(
-        -1, 11
-    ).T
+    distance, bearing, elevation, radius, along, turned, *edge, of_radius = columns.reshape(-1, 12).T
+    near, sigma_near, length, width, axis = edge
     bearing = bearing + fan_turn * distance
     body = polar_to_body(1.0, bearing, elevation)
     sight = body @ rotation_matrix(head.attitude).T
@@ -58,4 +62,5 @@ def seen_from(head: PoseEstimate, echoes: Sequence[Detection], fan_turn: float, 
     both, gap = (length**2 + width**2) / 6.0, (length**2 - width**2) / 6.0
     cosine, sine = gap * (c * c - s * s), 2.0 * gap * c * s
     extent = np.stack([np.stack([both + cosine, sine], -1), np.stack([sine, both - cosine], -1)], -2)
-    return Seen(place, radius, np.maximum(along, distance * turned), near + moved, sigma_near, extent, length)
+    sigma, whole_along = np.maximum(along, distance * turned), np.where(np.isnan(of_radius), np.nan, along)
+    return Seen(place, radius, sigma, near + moved, sigma_near, whole_along, of_radius, extent, length)
