@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from ods import __version__
-from ods.base import open_files
+from ods.base.command_line.log_writer import LogWriter
+from ods.base.computer import open_files
+from ods.base.computer.memory import TOO_LITTLE, is_too_little
 from ods.base.errors import OdsError, reason_of, why_no_kernels
-from ods.base.log_writer import LogWriter
-from ods.base.memory import TOO_LITTLE, is_too_little
 from ods.runtime.processes import PROCESSES
 
 BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})
@@ -40,7 +40,7 @@ ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as of shells."""
 GO_ON = frozenset({"run", "bridge", *PROCESSES})
-"""Commands that wait for nobody who reads what they log."""
+"""Commands that do not wait for a reader of their log lines."""
 NO_PLACE = (errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES)
 """Of a name that no file can have, of links in a circle, and of a folder that may not be looked into."""
 LEVELS = ("debug", "info", "warning", "error")

@@ -1,7 +1,7 @@
 """Poses of vehicle and head, as reported to the planner."""
 
 from ods.messages import PoseAt
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 
 
 def pose_at(estimate: PoseEstimate | None) -> PoseAt | None:
