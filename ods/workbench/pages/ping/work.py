@@ -1,4 +1,4 @@
-"""What the image processing menu computes, in a thread of its own: the newest request only."""
+"""Computations of the image processing menu, in a thread of its own: the newest request only."""
 
 import threading
 import time
