@@ -145,7 +145,7 @@ def _simulated(reference: DataReference, scene: SceneFile | None, folders: Seque
     if reference.sonar.endswith(".toml"):
         readable(reference.sonar, folders)
     elif "/" in reference.sonar:
-        raise DataError(f"sonar: {reference.sonar} is no name")
+        raise DataError(f"sonar: {reference.sonar} is not a name")
     model = find_sonar(reference.sonar, Path(reference.path) if reference.path else None)
     try:
         source = simulated(Scene(scene), model)
