@@ -40,7 +40,7 @@ ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as of shells."""
 GO_ON = frozenset({"run", "bridge", *PROCESSES})
-"""Commands that wait for nobody who reads what they log."""
+"""Commands that do not wait for a reader of their log lines."""
 NO_PLACE = (errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES)
 """Of a name that no file can have, of links in a circle, and of a folder that may not be looked into."""
 LEVELS = ("debug", "info", "warning", "error")

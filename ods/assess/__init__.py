@@ -1,1 +1,1 @@
-"""How good and how fast detection and tracking are. Never imported on board."""
+"""Quality and speed of detection and tracking. Never imported on board."""

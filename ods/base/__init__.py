@@ -1,1 +1,1 @@
-"""What everything rests on: units, frames, clocks, settings. Imports nothing else of `ods`."""
+"""Foundation of all packages: units, frames, clocks, settings. Imports nothing else of `ods`."""

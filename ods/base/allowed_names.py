@@ -1,4 +1,4 @@
-"""What may stand at a place of typed settings: the keys of a table, the values of a choice."""
+"""Allowed names at a place of typed settings: the keys of a table, the values of a choice."""
 
 import re
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What the fields of a settings type mean: the strings that stand below them in its source."""
+"""Meanings of the fields of a settings type: the strings below them in its source."""
 
 import ast
 import inspect

@@ -1,4 +1,4 @@
-"""What the computer could give while the bench ran: how late it wakes who sleeps, how much of a processor it gives.
+"""Load of the computer while the bench ran: wake-up delay, and share of a processor.
 
 `python -m ods.bench.machine` measures until its standard input is closed, then prints a `MachineLoad` as JSON: in a
 process of its own, as no thread of the bench may make it late.

@@ -1,4 +1,4 @@
-"""What the bench says in the terminal: a live line, then a table."""
+"""Output of the bench in the terminal: a live line, then a table."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""What a run of any length leaves, kept on the disk: in memory it would be 290 MB an hour."""
+"""Record of a run of any length, on the disk: in memory it would be 290 MB an hour."""
 
 import os
 import tempfile

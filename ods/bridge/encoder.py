@@ -1,4 +1,4 @@
-"""What every bridge has: an encoder of lists, without any input or output."""
+"""Interface of every bridge: an encoder of lists, without any input or output."""
 
 from typing import NamedTuple, Protocol
 

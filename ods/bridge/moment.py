@@ -1,4 +1,5 @@
-"""What a bridge sends of a list: the obstacles that are there, nearest first, where they are at the instant of sending.
+"""Contents that a bridge sends of a list: the obstacles that are there, nearest first, where they are at the instant of
+sending.
 
 A list is some tenths of a second old when it is sent; receivers that know no age get places of now.
 """

@@ -1,4 +1,4 @@
-"""What every bridge does with lists: it sends the newest one, if it is valid and it is time.
+"""Common work of all bridges: it sends the newest one, if it is valid and it is time.
 
 A receiver that hears nothing lets its obstacles expire, which is what it shall do when the list cannot be relied on.
 """

@@ -1,4 +1,4 @@
-"""What the sonar should measure of a fixed object: by its place, the mounting and the latency."""
+"""Expected measurement of a fixed object: by its place, the mounting and the latency."""
 
 from typing import NamedTuple
 

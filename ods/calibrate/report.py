@@ -1,4 +1,4 @@
-"""What a calibration says: in words, and as lines for the configuration."""
+"""Report of a calibration: as text, and as lines for the configuration."""
 
 import math
 from collections.abc import Iterator

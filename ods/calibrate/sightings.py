@@ -1,4 +1,4 @@
-"""Which detections of a recording are echoes of the one fixed object: the place where most pings agree."""
+"""Detections of the one fixed object in a recording: the place where most pings agree."""
 
 from collections.abc import Iterable
 

@@ -1,4 +1,4 @@
-"""Where obstacles are at a time: each extrapolated at its velocity, with the covariance of its position then."""
+"""Obstacles at another time: each extrapolated at its velocity, with the covariance of its position then."""
 
 import math
 from typing import NamedTuple

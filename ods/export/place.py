@@ -1,4 +1,5 @@
-"""Where a mission was and where the sonar sat: what formats need of a configuration, as a rule the recording's own."""
+"""Site of a mission and mounting of the sonar, as formats need them: from a configuration, as a rule the recording's
+own."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a format gets, message by message."""
+"""Interface of a format, message by message."""
 
 from collections import Counter
 from typing import Protocol

@@ -1,4 +1,4 @@
-"""What the process `listen` reads of the configuration."""
+"""Settings that the process `listen` reads."""
 
 from ods.base.settings import Settings
 from ods.runtime.bus import BusSettings

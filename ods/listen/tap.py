@@ -1,4 +1,4 @@
-"""What is published on board, as bytes: the topics of all doors, read empty."""
+"""Messages published on board, as bytes: the topics of all doors, read empty."""
 
 from collections.abc import Iterator
 from pathlib import Path

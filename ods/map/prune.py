@@ -1,4 +1,4 @@
-"""Which objects a map can do without."""
+"""Choice of the objects that a map can do without."""
 
 import math
 from dataclasses import dataclass

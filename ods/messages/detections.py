@@ -1,4 +1,4 @@
-"""What the pipeline finds in a ping."""
+"""Detections of a ping, by the pipeline."""
 
 from typing import Annotated, Literal
 

@@ -1,4 +1,4 @@
-"""What numbers in messages may be: types with bounds, as messages are untrusted input."""
+"""Numbers in messages: types with bounds, as messages are untrusted input."""
 
 from typing import Annotated, Literal
 

@@ -1,4 +1,4 @@
-"""What a process says of itself."""
+"""Health of a process, by its own report."""
 
 import msgspec
 

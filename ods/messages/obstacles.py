@@ -1,4 +1,4 @@
-"""What planners get: the obstacle list, and the clearance."""
+"""Messages to planners: the obstacle list, and the clearance."""
 
 from typing import Annotated, Literal
 

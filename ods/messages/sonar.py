@@ -1,4 +1,4 @@
-"""What a sonar sends: a ping, and its samples."""
+"""Data of a sonar: a ping, and its samples."""
 
 from typing import TYPE_CHECKING, Annotated
 

@@ -1,4 +1,4 @@
-"""What is really there, by the simulator."""
+"""Ground truth, by the simulator."""
 
 import msgspec
 

@@ -1,4 +1,4 @@
-"""Where the vehicle is, and where it is to go."""
+"""Pose of the vehicle, and its set points."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""What came of a mission."""
+"""Outcome of a mission."""
 
 from typing import Literal, NamedTuple
 

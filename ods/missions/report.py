@@ -1,4 +1,4 @@
-"""What a campaign leaves: tables on the terminal, missions.csv, summary.json."""
+"""Report of a campaign: tables on the terminal, missions.csv, summary.json."""
 
 import csv
 from collections.abc import Sequence

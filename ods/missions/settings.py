@@ -1,4 +1,4 @@
-"""What a campaign's file may say."""
+"""Settings in a campaign's file."""
 
 from pathlib import Path
 from typing import Annotated, Literal

@@ -1,4 +1,4 @@
-"""What a mission of a campaign is made with: sonar, settings of pipeline and tracker, laws of detections."""
+"""Parts of a campaign's missions: sonar, settings of pipeline and tracker, laws of detections."""
 
 from dataclasses import replace
 from typing import NamedTuple

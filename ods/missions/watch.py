@@ -1,4 +1,4 @@
-"""Where the planner's lists come from, arm by arm."""
+"""Sources of the planner's lists, arm by arm."""
 
 import math
 import time

@@ -1,4 +1,4 @@
-"""What a run leaves, on the bench or from a file."""
+"""Record of a run, on the bench or from a file."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping

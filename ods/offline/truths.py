@@ -1,4 +1,4 @@
-"""What is true of pings, as `ods simulate` writes it beside them."""
+"""Ground truth of pings, as `ods simulate` writes it beside them."""
 
 from pathlib import Path
 

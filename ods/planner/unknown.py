@@ -1,4 +1,4 @@
-"""How much of the water ahead is not known to be empty."""
+"""Share of the water ahead that is not known to be empty."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What charts share: axes, plain numbers on logarithmic ones, labels that do not overlap, the file."""
+"""Common parts of charts: axes, plain numbers on logarithmic ones, labels that do not overlap, the file."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What drawing a sonar image takes, without matplotlib: its samples in decibels, the borders of its beams."""
+"""Preparation of a sonar image for drawing, without matplotlib: its samples in decibels, the borders of its beams."""
 
 import numpy as np
 

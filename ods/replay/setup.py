@@ -1,4 +1,4 @@
-"""What a recorded mission started with: its configuration, its map, the lives of its processes."""
+"""Start of a recorded mission: its configuration, its map, the lives of its processes."""
 
 import tempfile
 from bisect import bisect_left

@@ -1,4 +1,4 @@
-"""What was recorded of one topic, taken as far as a process knew it at the time."""
+"""Recorded messages of one topic, up to those that a process had received at a time."""
 
 from collections.abc import Iterator
 from typing import Generic, TypeVar

@@ -1,4 +1,4 @@
-"""What ODS says, as messages of ROS 2: the types and their CDR are those of the library rosbags; no ROS is needed.
+"""Messages of ODS as messages of ROS 2: the types and their CDR are those of the library rosbags; no ROS is needed.
 
 Frames (REP 103, REP 105): `map`, ENU with its origin at the site; `base_link`, the vehicle, FLU; `sonar`, its head,
 FLU; `sonar_fan`, the axes of marine_acoustic_msgs.

@@ -1,4 +1,4 @@
-"""Where vehicle and sonar are, how they are turned, and the pings that are sent from there."""
+"""Poses of vehicle and sonar, and the pings that are sent from there."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What a 3-D sonar makes of a scene: the range of the first surface in each direction."""
+"""Range image of a scene by a 3-D sonar: the range of the first surface in each direction."""
 
 from typing import NamedTuple
 

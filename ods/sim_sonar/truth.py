@@ -1,4 +1,4 @@
-"""What is true behind an image: where each object is, whether the sonar can see it, and how strong its echo is."""
+"""Ground truth of an image: position, visibility and echo strength of each object."""
 
 import math
 from typing import NamedTuple

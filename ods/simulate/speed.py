@@ -1,4 +1,4 @@
-"""What an image costs: `ods simulate --table`, table 1 of [SSIE] redrawn, and the figures behind `--chart`."""
+"""Time of an image: `ods simulate --table`, table 1 of [SSIE] redrawn, and the figures behind `--chart`."""
 
 import time
 from collections.abc import Callable, Sequence

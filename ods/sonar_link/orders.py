@@ -1,4 +1,5 @@
-"""What a sonar is to be set to, and whether it took it. Pure: the caller passes the time and the sonar's reports.
+"""Requested settings of a sonar, and whether it accepted them. Pure: the caller passes the time and the sonar's
+reports.
 
 A setting is ordered by the configuration or by a planner. It is asked for after each connection and after each order.
 What the sonar says of itself says whether it took effect; if not, it is asked for again, a limited number of times. A

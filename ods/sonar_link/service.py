@@ -99,7 +99,7 @@ class SonarWorker(Worker[SonarConfig]):
         if overload := self.service.overload():
             return f": {overload}"
         lost = LOSSES & (self._counters - self._counted_by_then).keys()
-        return f", though something comes: {', '.join(sorted(lost))}" if lost else ""
+        return f", though other data arrive: {', '.join(sorted(lost))}" if lost else ""
 
     def stop(self) -> None:
         """Close the port."""

@@ -1,4 +1,4 @@
-"""What `ods track` makes of a run: tracks, lists, geographic data, picture, movie, scores."""
+"""Output of `ods track`: tracks, lists, geographic data, picture, movie, scores."""
 
 import json
 from bisect import bisect_right

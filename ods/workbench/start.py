@@ -1,4 +1,4 @@
-"""What the workbench begins with, as its command line says."""
+"""Start of the workbench, by its command line."""
 
 from argparse import Namespace
 from pathlib import Path

@@ -232,7 +232,7 @@ def test_a_running_process_makes_anew_what_is_removed(place: Path) -> None:
         second = subprocess.run(command, capture_output=True, text=True, check=False)
         assert (second.returncode, "another `ods sonar` already runs" in second.stderr) == (2, True)
         ods.terminate()
-        assert b"had been removed and were made anew" in ods.communicate()[1]
+        assert b"had been removed; created them again" in ods.communicate()[1]
     context.term()
     assert ods.returncode == 0
 

@@ -105,7 +105,7 @@ def test_records_of_which_no_ping_is_made_are_told_beside_the_silence(process: P
     silly = records.encode_ping(make_ping(1, sound_speed=5.0))
     process.wait(
         lambda: (
-            process.says("no ping for") and process.says("though something comes: ") and process.says("bad_settings")
+            process.says("no ping for") and process.says("though other data arrive: ") and process.says("bad_settings")
         ),
         meanwhile=lambda: sonar.device.offer(silly),
     )

@@ -180,7 +180,7 @@ def test_the_next_one_goes_on_with_the_same_statistics_and_refuses_nonsense() ->
         bad[place] = value
         with pytest.raises(ValueError, match="clutter statistics"):
             ClutterStatistics().load(bad)
-    with pytest.raises(ValueError, match=f"{LENGTH} finite"):
+    with pytest.raises(ValueError, match=f"must be {LENGTH}"):
         ClutterStatistics().load(one.save()[:-1])
 
 

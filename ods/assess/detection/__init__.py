@@ -1,1 +1,1 @@
-"""How good and how fast detection is: settings, figures of merit, chart."""
+"""Quality and speed of detection: settings, figures of merit, chart."""

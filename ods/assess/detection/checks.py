@@ -1,4 +1,4 @@
-"""What the default chain finds at its own levels, on images that nothing was chosen on."""
+"""Detections of the default chain at its own levels, on images that were not used for any choice."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path

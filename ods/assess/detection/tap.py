@@ -1,4 +1,4 @@
-"""What a chain of filters makes of a ping, taken where the detector would get it."""
+"""Filtered image of a ping, taken at the input of the detector."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""What there is in a scene to be found: which of it has to be, and how far a place is from it."""
+"""Objects of a scene: those that must be found, and their distance from a position."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What is tried on every scene, and a scene's draws."""
+"""Settings tried on every scene, and a scene's draws."""
 
 from pathlib import Path
 from typing import NamedTuple

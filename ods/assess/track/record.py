@@ -1,4 +1,4 @@
-"""What a tracker said in a run: the same arrays for ours, the reference and a library's."""
+"""Record of a tracker's run: the same arrays for ours, the reference and a library's."""
 
 import time
 from dataclasses import dataclass

@@ -1,1 +1,1 @@
-"""What commands share: their arguments, what a terminal shows, log lines."""
+"""Shared parts of commands: arguments, terminal output, log lines."""

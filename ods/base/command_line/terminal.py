@@ -1,4 +1,4 @@
-"""What a terminal shows and a file does not get: colours, and a line that is written over."""
+"""Output for terminals only: colours, and a line that is written over."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""Where the sonar's head sits on the vehicle and how it is turned, and where that puts it in the world.
+"""Position and orientation of the sonar's head on the vehicle, and its pose in the world.
 
 The head's frame is the body frame (forward, starboard, down) turned by yaw, pitch and roll in this order, as the
 vehicle is in the global one; its x axis is bearing 0, elevation 0. So pitch below 0 looks down. All that an image shows

@@ -1,1 +1,1 @@
-"""How a steered vehicle came through: judged, beside the best way, drawn."""
+"""Way of a steered vehicle: judged, beside the best way, drawn."""

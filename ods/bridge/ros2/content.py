@@ -1,4 +1,4 @@
-"""What each topic gets of a list at one instant: pure, without DDS."""
+"""Contents of each topic for a list at one instant: pure, without DDS."""
 
 from collections.abc import Callable
 from typing import Any

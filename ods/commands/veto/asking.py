@@ -1,4 +1,4 @@
-"""What the actions of `ods veto` share: whose key, why, how long; the request; what holds after it."""
+"""Common parts of the actions of `ods veto`: key, reason, duration; the request; the vetoes in force after it."""
 
 import re
 from argparse import ArgumentParser, ArgumentTypeError, Namespace

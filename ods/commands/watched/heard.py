@@ -1,4 +1,4 @@
-"""What the processes of a run folder publish, as it is heard."""
+"""Messages received from the processes of a run folder."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field

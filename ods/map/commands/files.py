@@ -1,4 +1,4 @@
-"""What the actions of `ods map` have in common: which map, how it is opened, and how a new file comes into being."""
+"""Common parts of the actions of `ods map`: the choice and opening of the map, and the writing of a new file."""
 
 import os
 import sqlite3

@@ -1,4 +1,4 @@
-"""What a variant costs on board: CPU time of pipeline and tracker, by images."""
+"""Cost of a variant on board: CPU time of pipeline and tracker, by images."""
 
 from statistics import median
 

@@ -1,4 +1,4 @@
-"""Whether missions by drawn detections come out as those by images do: figures side by side, with their intervals."""
+"""Agreement of missions by drawn detections with those by images: figures side by side, with their intervals."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence

@@ -1,4 +1,4 @@
-"""Which bodies a ping can show, and how much of each: what lies in the fan, and what stands before what."""
+"""Objects that a ping can show, and the visible part of each: those in the fan, and those that hide others."""
 
 import math
 from typing import NamedTuple

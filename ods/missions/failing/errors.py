@@ -1,4 +1,4 @@
-"""What is wrong with sonar and INS of a campaign, and is not reported to pipeline and tracker."""
+"""Errors of sonar and INS in a campaign that are not reported to pipeline and tracker."""
 
 import math
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""What a campaign's variants did: one row each, on the terminal and as variants.csv."""
+"""Results of a campaign's variants: one row each, on the terminal and as variants.csv."""
 
 import csv
 import math

@@ -1,4 +1,4 @@
-"""What lists and clearance said of the obstacle that the vehicle came nearest to, just before."""
+"""Reports of lists and clearance on the obstacle that the vehicle came nearest to, just before."""
 
 import math
 from typing import Literal, NamedTuple

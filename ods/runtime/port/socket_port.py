@@ -24,7 +24,7 @@ class SocketPort(Port):
         return self._socket
 
     def _raise_error(self) -> None:
-        """Raise what the socket has to tell, such as that nobody listens there."""
+        """Raise the error that the socket reports, such as a closed port at the peer."""
         error = self._connection().getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
         if error:
             raise OSError(error, os.strerror(error))

@@ -1,4 +1,4 @@
-"""What a simulated sonar is beside its images: how it speaks, and what it has been asked for."""
+"""Protocol and requested settings of a simulated sonar."""
 
 from typing import Protocol
 

@@ -1,4 +1,4 @@
-"""Which line the simulated sonar and the on-board side share, and which sonar is at its far end."""
+"""The line between the simulated sonar and the on-board side, and the choice of the sonar."""
 
 from pathlib import Path
 

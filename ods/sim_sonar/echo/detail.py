@@ -1,4 +1,4 @@
-"""How fine the mean image is computed: the laws that turn an allowed error into rays, columns and steps."""
+"""Resolution of the mean image: the laws that turn an allowed error into rays, columns and steps."""
 
 import math
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""What surrounds a sonar as it hears it that moves and turns while the echoes come back.
+"""Surroundings of a sonar that moves and turns while the echoes come back.
 
 The sonar measures half the way from where it sent the ping to the object and on to where it hears the echo, at
 t_tx + 2 r / c, and the direction in its frame then.

@@ -1,4 +1,4 @@
-"""How many rays each object needs, and which objects may hide which."""
+"""Number of rays for each object, and pairs of objects of which one may hide the other."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""How surfaces reflect: eqs. 3 and 4 of [SSIE].
+"""Reflection of surfaces: eqs. 3 and 4 of [SSIE].
 
 [SSIE] L. Henriksen, IEEE AUV Symposium 1996, pp. 333-340.
 """

@@ -1,4 +1,4 @@
-"""What config/scenes/*.toml may say of a surface."""
+"""Settings of a surface in config/scenes/*.toml."""
 
 from typing import Annotated
 

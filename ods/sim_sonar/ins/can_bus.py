@@ -1,4 +1,4 @@
-"""Which CAN bus the simulated vehicle and the on-board side share."""
+"""The CAN bus between the simulated vehicle and the on-board side."""
 
 import socket
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What the simulated CANopen devices have in common: states, heartbeat, and their end of the bus."""
+"""Common part of the simulated CANopen devices: states, heartbeat, and their end of the bus."""
 
 import threading
 from collections import Counter, deque

@@ -1,4 +1,4 @@
-"""Where on the vehicle the simulated INS is, and what it knows there."""
+"""Position of the simulated INS on the vehicle, and the pose there."""
 
 from typing import NamedTuple
 

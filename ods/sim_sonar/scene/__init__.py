@@ -1,1 +1,1 @@
-"""What is where at any time: objects, vehicle, sea-bed."""
+"""The scene at any time: objects, vehicle, sea-bed."""

@@ -1,4 +1,4 @@
-"""What config/scenes/*.toml may say."""
+"""Settings in config/scenes/*.toml."""
 
 import math
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""How a sea-bed faces the sonar in one image: as open water, as a plane or as a height field."""
+"""View of a sea-bed from the sonar in one image: as open water, as a plane or as a height field."""
 
 import math
 from dataclasses import dataclass

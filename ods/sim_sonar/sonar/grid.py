@@ -1,4 +1,4 @@
-"""What the image kernels know of the sonar: bins of range, beams, tables of the beam patterns."""
+"""Tables of the sonar for the image kernels: bins of range, beams, tables of the beam patterns."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What config/sonars/*.toml may say."""
+"""Settings in config/sonars/*.toml."""
 
 from itertools import pairwise
 from typing import Annotated

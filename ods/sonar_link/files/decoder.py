@@ -1,4 +1,4 @@
-"""What a format of recordings is: how a file of it is known, and how it is read. A plug-in adds one:
+"""Interface of a format of recordings: how a file of it is recognized and read. A plug-in adds one:
 
 @decoder
 class SketchDecoder(Decoder):

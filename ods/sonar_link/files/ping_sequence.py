@@ -1,4 +1,4 @@
-"""What every decoder of files returns: the pings of a recording, made when they are asked for."""
+"""Result of every decoder of files: the pings of a recording, made when they are asked for."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""What of a byte stream are Norbit packets.
+"""Norbit packets in a stream of bytes.
 
 A header is believed when its kind is known and its size possible; an image only when its counts and sizes fit each
 other, which is known as soon as its first 192 bytes are there; and a whole packet when its checksum is right.

@@ -42,7 +42,7 @@ def why(known: Evidence) -> str:
     if known.counters["bad_checksum"]:
         return "its packets come damaged: look at cable and switch"
     if known.counters["garbage_bytes"]:
-        return f"what comes is no WBMS packet: is sonar.port {known.port} that of the images, {IMAGE_PORT}?"
+        return f"the data received are not WBMS packets: is sonar.port {known.port} that of the images, {IMAGE_PORT}?"
     return f"connected, but no image: {_silent(known)}"
 
 

@@ -1,4 +1,4 @@
-"""When the fire message is sent, and what the pings say of it. Pure: the caller passes the time.
+"""Sending of the fire message, and its effect by the pings. Pure: the caller passes the time.
 
 An Oculus pings by itself, as its last fire message requested. Each ping result repeats that message, but for the ping
 rate. So the message is sent when a connection is made, and again, every REPEAT_S, as long as no ping comes (the sonar

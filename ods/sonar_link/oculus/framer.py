@@ -1,4 +1,4 @@
-"""What of a byte stream are Oculus messages.
+"""Oculus messages in a stream of bytes.
 
 They have no checksum. A header is believed when its kind is known and its size possible; a simple ping result
 only when all its sizes and counts fit each other, which is known as soon as its first 122 or 202 bytes are there, and

@@ -1,4 +1,4 @@
-"""What Oculus sonars on the network broadcast of themselves, and which of it is this sonar's. Pure."""
+"""Status broadcasts of the Oculus sonars on the network, and this sonar's among them. Pure."""
 
 from collections import Counter
 from ipaddress import IPv4Address

@@ -1,4 +1,4 @@
-"""What a Ping360 is asked for, and whether it does it. Pure: the caller passes the time.
+"""Requests to a Ping360, and whether it follows them. Pure: the caller passes the time.
 
 It is asked to sweep its sector by itself, which is far faster than a request for each beam. On RS-485 one side speaks
 at a time and a request may be lost while beams come, so the beams decide: where none comes, or others than

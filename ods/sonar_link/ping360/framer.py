@@ -1,4 +1,4 @@
-"""What of a byte stream are messages of the ping protocol.
+"""Messages of the ping protocol in a stream of bytes.
 
 A header is believed when its kind is one that a Ping360 sends and its size possible for that kind, and a whole message
 when its checksum is right: a sum of 16 bits, so that the header's own checks count.

@@ -36,7 +36,7 @@ def why(known: Evidence) -> str:
     if known.counters["bad_checksum"]:
         return "its messages come damaged: baud, cable, ground, or two programs on one line"
     if known.counters["garbage_bytes"]:
-        return "what comes is no message of the ping protocol: sonar.baud, wiring, or another device"
+        return "the data received are not of the ping protocol: check sonar.baud and wiring; or is it another device?"
     if known.kinds:
         return "it answers, but sends no beam: is the head free to turn, and the supply strong enough (11 to 25 V)?"
     return _silent(known)

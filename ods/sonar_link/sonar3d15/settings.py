@@ -1,4 +1,4 @@
-"""Where a Sonar 3D-15 is listened to: the [sonar.sonar3d15] table."""
+"""Reception of a Sonar 3D-15: the [sonar.sonar3d15] table."""
 
 import ipaddress
 

@@ -35,7 +35,7 @@ def why(known: Evidence) -> str:
     if any(known.counters[name] for name in DAMAGED):
         return "its packets come damaged or cut off: look at cable and switch"
     if any(known.counters[name] for name in FOREIGN):
-        return f"what comes at UDP {known.address.port} is no packet of a Sonar 3D-15: another program's port?"
+        return f"the data at UDP port {known.address.port} are not packets of a Sonar 3D-15: is it another program's?"
     if known.counters["stranger_datagrams"]:
         return f"datagrams come, but none from {known.source.sender}: sonar.sonar3d15.sender is not the sonar's address"
     return _silent(known)

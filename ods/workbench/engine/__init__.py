@@ -1,1 +1,1 @@
-"""What the pages of the workbench let compute: no widgets."""
+"""Computations for the pages of the workbench, without widgets."""

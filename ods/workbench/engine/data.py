@@ -1,4 +1,4 @@
-"""Where pings come from: a file, or a scene that is simulated as it is looked at. Opened once, then read by place."""
+"""Sources of pings: a file, or a scene that is simulated when it is viewed. Opened once, then read by place."""
 
 import threading
 from collections import OrderedDict

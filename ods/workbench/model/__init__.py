@@ -1,1 +1,1 @@
-"""What the workbench shows and what can be done to it, without widgets, files, clocks or threads."""
+"""State of the workbench and its actions, without widgets, files, clocks or threads."""

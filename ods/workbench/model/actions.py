@@ -1,4 +1,4 @@
-"""What can be done in a workbench: each action is plain data, that can be recorded, written down and done again."""
+"""Actions of a workbench: each is plain data, that can be recorded, written down and done again."""
 
 from typing import Any, Literal
 

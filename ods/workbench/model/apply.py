@@ -1,4 +1,4 @@
-"""What an action makes of a state: the one way that a state changes."""
+"""Application of an action to a state: the only way that a state changes."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,4 +1,4 @@
-"""What was done, as a Python script, and as the command lines that come to the same."""
+"""The actions done, as a Python script, and as equivalent command lines."""
 
 import shlex
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""What an action is called in the history."""
+"""Names of actions in the history."""
 
 import re
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What a setting is changed by: a slider, a switch, a choice or a text, as its type says.
+"""Controls of settings: a slider, a switch, a choice or a text, as its type says.
 
 Types may say how they are shown: `ods.base.settings.slider`. Those that do not, such as those of a stage of the user's
 own, get what their bounds and their default suggest.

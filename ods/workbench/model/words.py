@@ -1,4 +1,4 @@
-"""What settings are called on the page: their names in words, and the unit that a name ends with."""
+"""Names of settings on the page: their names in words, and the unit that a name ends with."""
 
 from typing import NamedTuple
 

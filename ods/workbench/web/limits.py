@@ -1,4 +1,4 @@
-"""What strangers may cost: bounds on connections and headers that have shown no right yet, which any program can send.
+"""Bounds on connections and headers that have shown no right yet, which any program can send.
 
 Whoever has the workbench's cookie is not bounded; who has not is answered before a body is read.
 """

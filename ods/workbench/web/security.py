@@ -1,4 +1,4 @@
-"""Who may speak to the workbench: a browser on this machine that came by a link from the terminal, no other page."""
+"""Access to the workbench: only for a browser on this machine that came by a link from the terminal, no other page."""
 
 import secrets
 from collections.abc import Callable

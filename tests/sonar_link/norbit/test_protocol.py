@@ -213,7 +213,7 @@ def test_why_there_is_no_image_the_likeliest_cause_first() -> None:
         (wire.sealed(bytes(88), 1), "it sends bathymetry, no images: sonar.port 2211 is theirs, images have 2211"),
         (wire.sealed(bytes(168), 4, checksum=0), "it sends snippets, no images"),
         (GOOD[:-1] + b"\xff", "its packets come damaged"),
-        (b"Sonar is ready to accept commands\r\n", "what comes is no WBMS packet: is sonar.port 2211 that"),
+        (b"Sonar is ready to accept commands\r\n", "the data received are not WBMS packets: is sonar.port 2211 that"),
         (wire.image(wire.samples(1), rate=0.0), "its images cannot be used: see the counters"),
     ],
 )

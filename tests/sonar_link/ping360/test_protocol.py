@@ -96,7 +96,7 @@ def test_another_programs_sweep_is_used_and_said_once_the_sonar_does_not_obey() 
     ("stream", "words"),
     [
         (b"", "connected, but no beam: is the sonar on"),
-        (b"\xff\x00garbage" * 20, "sonar.baud, wiring"),
+        (b"\xff\x00garbage" * 20, "sonar.baud and wiring"),
         (wire.message(2301, bytes(20), checksum=1), "come damaged"),
         (wire.nack(2602), "the sonar refused to sweep by itself (unknown message): its firmware is too old"),
         (wire.nack(2602) + wire.message(4, bytes([2, 1, 1, 2, 3, 0])), "its firmware 1.2.3 is too old"),

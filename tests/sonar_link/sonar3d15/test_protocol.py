@@ -105,7 +105,7 @@ def test_what_comes_instead_is_said() -> None:
     assert why(protocol).startswith("it sends pictures of signal strength, no range images: are its acoustics on")
     protocol = made()
     protocol.feed(b"$GPGGA,", NS)
-    assert why(protocol) == "what comes at UDP 4747 is no packet of a Sonar 3D-15: another program's port?"
+    assert why(protocol) == "the data at UDP port 4747 are not packets of a Sonar 3D-15: is it another program's?"
     protocol = made()
     protocol.feed(wire.packet(wire.pixels())[:-3], NS)
     assert why(protocol).startswith("its packets come damaged or cut off")

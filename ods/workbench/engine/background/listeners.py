@@ -1,4 +1,4 @@
-"""Who wants to hear of something, and how to stop hearing of it."""
+"""Subscription to notifications, and its end."""
 
 from collections.abc import Callable
 from typing import Generic, ParamSpec

@@ -1,4 +1,4 @@
-"""What an echogram shows over its levels: echoes, tracks and true objects in range; faults of images and lists."""
+"""Layers of an echogram over its levels: echoes, tracks and true objects in range; faults of images and lists."""
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby

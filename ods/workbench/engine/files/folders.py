@@ -1,4 +1,4 @@
-"""Which files a workbench may read and write: those under the folders it was given at the start."""
+"""Files that a workbench may read and write: those under the folders it was given at the start."""
 
 import os
 import tempfile

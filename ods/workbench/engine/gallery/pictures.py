@@ -1,4 +1,4 @@
-"""What is shown of the gallery's exhibits, drawn; in a process of its own, as Matplotlib is large."""
+"""Pictures of the gallery's exhibits, drawn in a process of its own, as Matplotlib is large."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What is shown of the gallery's exhibits: pictures and figures, made once and kept in the user's cache folder."""
+"""Results of the gallery's exhibits: pictures and figures, made once and kept in the user's cache folder."""
 
 import os
 import tempfile

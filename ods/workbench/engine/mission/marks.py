@@ -1,4 +1,4 @@
-"""What is worth a mark on the timeline: pings that are missing, objects that come and go, bookmarks."""
+"""Marks on the timeline: pings that are missing, objects that come and go, bookmarks."""
 
 import contextlib
 import time

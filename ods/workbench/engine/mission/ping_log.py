@@ -1,4 +1,4 @@
-"""What is known of each ping of a mission beside the objects: its echoes, its image's faults, its list's validity."""
+"""Log of each ping of a mission besides the objects: its echoes, its image's faults, its list's validity."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

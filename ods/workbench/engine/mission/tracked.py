@@ -1,4 +1,4 @@
-"""What a tracked mission leaves for the eye: every object's course as arrays, what is true beside it, scores."""
+"""Results of a tracked mission for display: every object's course as arrays, the truth, scores."""
 
 import math
 from bisect import bisect_right

@@ -1,4 +1,4 @@
-"""What has to be done before a chain is changed, so that the change is of nothing else."""
+"""Steps before a chain is changed, so that nothing else changes with it."""
 
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply

@@ -1,4 +1,4 @@
-"""Which sliders a scene's parts get, and how far they go; a value beyond can be typed."""
+"""Sliders of a scene's parts, and their spans; a value beyond can be typed."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What may be wrong with a simulated image, each with a switch of its own."""
+"""Errors of a simulated image, each with a switch of its own."""
 
 from typing import Any, NamedTuple
 

@@ -1,4 +1,4 @@
-"""What can be dragged in the plan of a scene, and what a drag sets. The plan: north and east, m."""
+"""Handles in the plan of a scene, and the settings that a drag changes. The plan: north and east, m."""
 
 import math
 from collections.abc import Callable, Iterator

@@ -1,4 +1,4 @@
-"""What is made for the user: written under a folder of the workbench, or sent to the browser, which keeps it."""
+"""Files made for the user: written under a folder of the workbench, or sent to the browser, which keeps it."""
 
 import shutil
 import tempfile

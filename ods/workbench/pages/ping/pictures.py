@@ -1,4 +1,4 @@
-"""What the pictures of the image processing menu show: frames of an answer."""
+"""Pictures of the image processing menu: frames of an answer."""
 
 from collections.abc import Sequence
 from functools import partial

@@ -1,4 +1,4 @@
-"""What the image processing menu computes, in a thread of its own: the newest request only."""
+"""Computations of the image processing menu, in a thread of its own: the newest request only."""
 
 import threading
 import time
@@ -69,7 +69,7 @@ class Hearer(Protocol):
 
 
 class Work:
-    """Answers the session's newest state. Waits while nobody sees the page (`visible`), and then does what was asked
+    """Answers the session's newest state. Waits while the page is not shown (`visible`), and then does what was asked
     last. What a chain costs is found once it is answered, unless something else is asked."""
 
     def __init__(self, session: Session, hearer: Hearer) -> None:

@@ -1,4 +1,4 @@
-"""What takes longer in the simulator's menu: the cost of an image's parts, and the rehearsal of a mission."""
+"""Long computations of the simulator's menu: the cost of an image's parts, and the rehearsal of a mission."""
 
 import threading
 from collections.abc import Callable
