@@ -1,5 +1,6 @@
 """What is shown of the gallery's exhibits: pictures and figures, made once and kept in the user's cache folder."""
 
+import contextlib
 import os
 import tempfile
 import threading
@@ -14,6 +15,7 @@ from ods.base.in_file import content_of
 from ods.base.ownership import is_safe
 from ods.workbench.engine.gallery import Exhibit
 from ods.workbench.engine.own_process import GoesOn, in_own_process, whole
+from ods.workbench.engine.user_folders import cache_folder
 from ods.workbench.model.state import State
 
 _making = threading.Lock()
@@ -38,16 +40,13 @@ class Result(NamedTuple):
 @cache
 def gallery_folder() -> Path:
     """Return where results are kept: $ODS_CACHE_DIR or the user's cache folder, else a folder for this process only."""
-    home = os.environ.get("HOME", "")
-    own = (os.environ.get(name, "") for name in ("ODS_CACHE_DIR", "XDG_CACHE_HOME"))
-    for root in filter(None, (*own, f"{home}/.cache" if home else "")):
-        folder = Path(root, "ods", "gallery")
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK) and is_safe(folder):
-            return folder
+    own = cache_folder()
+    if own is not None:
+        folder = own / "gallery"
+        with contextlib.suppress(OSError):
+            folder.mkdir(exist_ok=True)
+            if os.access(folder, os.W_OK) and is_safe(folder):
+                return folder
     return Path(tempfile.mkdtemp(prefix="ods-gallery-"))
 
 
