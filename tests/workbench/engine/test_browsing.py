@@ -13,8 +13,8 @@ def test_folders_and_known_files_are_listed_and_nothing_that_leads_elsewhere(tmp
     inside = tmp_path / "in"
     for folder in ("b", "A", ".git"):
         (inside / folder).mkdir(parents=True)
-    for name in ("y.mcap", "X.NPZ", "notes.txt", ".hidden.npz"):
-        (inside / name).write_bytes(b"12")
+    for file in ("y.mcap", "X.NPZ", "notes.txt", ".hidden.npz"):
+        (inside / file).write_bytes(b"12")
     (tmp_path / "out.npz").touch()
     (inside / "link.npz").symlink_to(tmp_path / "out.npz")
     (inside / "dangling.npz").symlink_to("none")
@@ -25,9 +25,9 @@ def test_folders_and_known_files_are_listed_and_nothing_that_leads_elsewhere(tmp
         ("A", True, 0), ("b", True, 0), ("X.NPZ", False, 2), ("y.mcap", False, 2),
     ]  # fmt: skip
     assert (listed.is_cut, listed.is_recording) == (False, True)
-    for folder in (tmp_path, inside / "up", inside / "none", inside / "y.mcap", Path("/")):
+    for elsewhere in (tmp_path, inside / "up", inside / "none", inside / "y.mcap", Path("/")):
         with pytest.raises(OdsError):
-            browsing.listing(folder, [inside])
+            browsing.listing(elsewhere, [inside])
 
 
 def test_a_folder_of_very_many_is_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
