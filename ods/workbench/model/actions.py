@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from ods.workbench.model.state import DataReference, State, Tuning
+from ods.workbench.model.state import DataReference, Label, State, Tuning
 
 Place = tuple[float, float, float]
 ShapeName = Literal["sphere", "cylinder", "plane"]
@@ -113,6 +113,26 @@ class SetBookmark(Action, frozen=True, tag="bookmark"):
     text: str
 
 
+class AddLabel(Action, frozen=True, tag="add_label"):
+    """Label something in a recording."""
+
+    label: Label
+
+
+class RemoveLabel(Action, frozen=True, tag="remove_label"):
+    """Take a label away."""
+
+    at: int
+
+
+class SetLabels(Action, frozen=True, tag="set_labels"):
+    """Take other labels for all."""
+
+    labels: tuple[Label, ...]
+    name: str
+    """How the history calls it: a file."""
+
+
 class SetScene(Action, frozen=True, tag="set_scene"):
     """Give one setting of the scene another value."""
 
@@ -160,7 +180,8 @@ class RemoveWaypoint(Action, frozen=True, tag="remove_waypoint"):
 
 Step = (
     SetSetting | AddStage | RemoveStage | MoveStage | BypassStage | WriteNumbers | SetTuning | SetState | KeepAsB
-    | SwapAB | DropB | OpenData | ShowPing | SetView | SetBookmark | SetScene | AddObject | CopyObject | RemoveObject
+    | SwapAB | DropB | OpenData | ShowPing | SetView | SetBookmark | AddLabel | RemoveLabel | SetLabels | SetScene
+    | AddObject | CopyObject | RemoveObject
     | AddWaypoint | RemoveWaypoint
 )  # fmt: skip
 """Any action; messages and macros are decoded as this."""

@@ -13,6 +13,7 @@ from ods.workbench.model import actions as do
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.state import State, View
 from ods.workbench.pages.folding import folds, tool_bar
+from ods.workbench.pages.labelling import Labelling
 from ods.workbench.pages.processing_charts import CostBars, Histogram, Profile
 from ods.workbench.pages.processing_pictures import BESIDE, MAIN, OTHER, compares, counts_of, frames_of, title_of
 from ods.workbench.pages.processing_stages import StageList
@@ -26,6 +27,7 @@ from ods.workbench.web.frames import FrameBoard
 KEYS = (
     ("drag", "in a profile or histogram: a level of the detector"),
     ("F", "image processing: pictures fill the window, and back"),
+    ("L", "image processing: draw labels in a recording, and no more"),
     ("space", "image processing: play, and stop"),
     ("arrows, with Shift", "image processing: a ping back or on, ten"),
 )
@@ -85,9 +87,9 @@ class _Page:
     def _build_tools(self) -> None:
         with tool_bar():
             self._after = ui.select({}, label="picture", on_change=lambda event: self._view("shown_stage", event.value))
-            self._after.props("dense options-dense").classes("w-[7.5rem]").mark("shown stage")
+            self._after.props("dense options-dense").classes("w-[7.5rem] max-xl:w-24").mark("shown stage")
             self._beside = ui.select({}, label="beside it", on_change=lambda event: self._show_beside(event.value))
-            self._beside.props("dense options-dense").classes("w-[7.5rem]").mark("compared stage")
+            self._beside.props("dense options-dense").classes("w-[7.5rem] max-xl:w-24").mark("compared stage")
             ui.toggle(["fan", "polar"], on_change=lambda event: self._view("presentation", event.value)).props(
                 "dense no-caps"
             ).bind_value_from(self, "presentation").tooltip("P: the other one")
@@ -113,6 +115,8 @@ class _Page:
     def _build_size(self) -> None:
         self._large = ui.button(icon="open_in_full", on_click=self._toggle_large).props("dense flat")
         self._large.tooltip("pictures fill the window (F)").mark("large")
+        label = ui.button(icon="draw", on_click=lambda: self._labelling.toggle()).props("dense flat")
+        label.tooltip("label what is to be found in a recording (L)").mark("label")
         whole = ui.button(icon="fullscreen").props("dense flat").tooltip("full screen").mark("full screen")
         whole.on("click", js_handler=f"() => document.getElementById('{PICTURES}').requestFullscreen()")
 
@@ -125,7 +129,7 @@ class _Page:
         self._cost = CostBars()
 
     def _build_comparison(self) -> None:
-        button = "dense flat no-caps"
+        button = "dense flat no-caps no-wrap"
         ui.button("keep as B", on_click=lambda: self._session.do(do.KeepAsB())).props(button).mark("keep as B")
         with folds("compare", "B: swap, drop, how it is compared", 900) as self._with_b:
             ui.button("swap", on_click=lambda: self._session.do(do.SwapAB())).props(button).mark("swap")
@@ -136,6 +140,7 @@ class _Page:
             self._comparison.props("dense no-caps").mark("comparison")
 
     def _build_pictures(self) -> None:
+        tools = ui.element("div").classes("w-full")
         self._complaint = ui.label().classes("text-negative text-sm").mark("trouble")
         ui.add_css(f"#{PICTURES}:fullscreen > * {{ height: 100% !important; }}")  # after the picture's own style
         with ui.row().classes("w-full no-wrap gap-2 grow min-h-0").props(f"id={PICTURES}"):
@@ -144,6 +149,8 @@ class _Page:
         for view in (self._main, self._second):
             view.on_hover(self._hover)
             view.on_pick(self._pick)
+        with tools:
+            self._labelling = Labelling(self._session, (self._main, self._second))
         self._readout = ui.label("point at a picture: range, bearing and level").classes("text-xs opacity-80")
 
     # -- what the user does --
@@ -180,8 +187,9 @@ class _Page:
     def _pressed(self, event: KeyEventArguments) -> None:
         if event.action.keydown and self._work.visible:
             self._timeline.press(event)
-            if event.key.name.lower() == "f" and not (event.modifiers.ctrl or event.modifiers.meta):
-                self._toggle_large()
+            does = {"f": self._toggle_large, "l": self._labelling.toggle}.get(event.key.name.lower())
+            if does and not (event.modifiers.ctrl or event.modifiers.meta or event.modifiers.alt):
+                does()
 
     def _hold(self, held: bool) -> None:
         self._work.hold(held)

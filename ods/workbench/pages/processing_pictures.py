@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from ods.messages import Detection
+from ods.workbench.engine.labels import of_ping
 from ods.workbench.engine.look import Look
 from ods.workbench.engine.study import Study
 from ods.workbench.engine.thresholds import thresholds
@@ -63,6 +64,10 @@ def _frame(
         circles=tuple(circles),
         thresholds_db=_levels(look, tuning),
         attended=None if attended.all() else attended,
+        labels=tuple(
+            (*each.beams, *each.samples, each.shape, each.text)
+            for _, each in of_ping(state.labels, study.place, study.ping)
+        ),
         caption=f"ping {study.place}, {_count(len(study.detections.detections))}{_against_truth(judged)}",
     )
 

@@ -11,6 +11,7 @@ from ods.base.mounting import Mounting
 from ods.base.resident import give_back_freed
 from ods.workbench.engine.compare import Difference, difference
 from ods.workbench.engine.data import Data, open_data
+from ods.workbench.engine.labels import judged_by, of_ping
 from ods.workbench.engine.newest import Newest
 from ods.workbench.engine.study import Cost, OvertakenError, Studio, Study
 from ods.workbench.engine.truth import Judged, TrueCircle, judged, true_circles
@@ -43,7 +44,7 @@ class Answer:
     parted: Difference | None
     """Of A's and B's detections."""
     true: Sequence[TrueCircle] | None
-    """Objects that are there; None: not known, or not to be shown."""
+    """Objects that are there, or what a person labelled; None: not known, or not to be shown."""
     judged_a: Judged | None
     """A's detections against them."""
     judged_b: Judged | None
@@ -146,6 +147,10 @@ class Work:
         judged_a, judged_b = (
             None if true is None or each is None else judged(each.detections, true) for each in (a, b)
         )
+        labels = [label for _, label in of_ping(state.labels, place, a.ping)]
+        if true is None and labels and state.view.truth:
+            true, judged_a = judged_by(a.detections, labels, a.ping)
+            judged_b = None if b is None else judged_by(b.detections, labels, b.ping)[1]
         return Answer(state, opened.data, place, a, b, parted, true, judged_a, judged_b, complaint)
 
     def _true(self, state: State, data: Data, place: int) -> Sequence[TrueCircle] | None:
@@ -193,7 +198,7 @@ def wanted(state: State) -> tuple[Any, ...]:
     scene = state.scene if state.data.kind == "scene" else None
     return (
         state.tuning, state.other, state.data, scene, state.ping, view.shown_stage, view.compared_stage,
-        view.comparison, view.truth, view.lowest_db, view.highest_db,
+        view.comparison, view.truth, state.labels, view.lowest_db, view.highest_db,
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from ods.base.clock import NS
 from ods.messages import Health, Veto, VetoRegion
 from tests.export import mission
 from tests.workbench.browser.test_narrow import SIDEWAYS
-from tests.workbench.browser.waiting import press, until, wait_for
+from tests.workbench.browser.waiting import press, resized, until, wait_for
 from tests.workbench.engine.test_live import Vehicle
 from tests.workbench.serving import serving
 
@@ -93,7 +93,6 @@ def test_the_doctor_says_what_is_wrong_first(live: webdriver.Chrome) -> None:
 
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 700)])
 def test_nothing_is_cut_off(live: webdriver.Chrome, width: int, height: int) -> None:
-    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
-    live.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    resized(live, width, height)
     time.sleep(0.5)
     assert live.execute_script(SIDEWAYS) == []

@@ -5,22 +5,17 @@ from pathlib import Path
 
 import pytest
 from selenium import webdriver
-from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from tests.workbench.browser.test_narrow import SIDEWAYS
-from tests.workbench.browser.waiting import press, until, wait_for
+from tests.workbench.browser.waiting import keys, press, resized, until, wait_for
 from tests.workbench.serving import PROJECT
 
 pytestmark = pytest.mark.slow
 
 DATA = "return document.querySelector('header').innerText"
 DIALOG = "return [...document.querySelectorAll('.q-dialog .q-card')].find((card) => card.offsetParent !== null)"
-
-
-def keys(window: webdriver.Chrome, *pressed: str) -> None:
-    ActionChains(window).send_keys(*pressed).perform()
 
 
 def opened(window: webdriver.Chrome) -> None:
@@ -82,8 +77,7 @@ def test_what_was_opened_last_is_offered_and_opened_again(window: webdriver.Chro
 
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 700)])
 def test_nothing_is_cut_off(window: webdriver.Chrome, width: int, height: int) -> None:
-    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
-    window.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    resized(window, width, height)
     opened(window)
     card = window.execute_script(DIALOG)
     until(lambda: card.size["height"] > 300)
