@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from ods.workbench.model.state import DataReference, Label, State, Tuning
+from ods.workbench.model.state import Beside, DataReference, Label, State, Tuning
 
 Place = tuple[float, float, float]
 ShapeName = Literal["sphere", "cylinder", "plane"]
@@ -90,6 +90,12 @@ class OpenData(Action, frozen=True, tag="open"):
     data: DataReference
     scene: dict[str, Any] | None = None
     """Tables of the scene's file."""
+
+
+class ShowBeside(Action, frozen=True, tag="beside"):
+    """Show a ping of other data beside the one at hand; none: no more."""
+
+    beside: Beside | None
 
 
 class ShowPing(Action, frozen=True, tag="ping"):
@@ -180,8 +186,7 @@ class RemoveWaypoint(Action, frozen=True, tag="remove_waypoint"):
 
 Step = (
     SetSetting | AddStage | RemoveStage | MoveStage | BypassStage | WriteNumbers | SetTuning | SetState | KeepAsB
-    | SwapAB | DropB | OpenData | ShowPing | SetView | SetBookmark | AddLabel | RemoveLabel | SetLabels | SetScene
-    | AddObject | CopyObject | RemoveObject
-    | AddWaypoint | RemoveWaypoint
+    | SwapAB | DropB | OpenData | ShowBeside | ShowPing | SetView | SetBookmark | AddLabel | RemoveLabel | SetLabels
+    | SetScene | AddObject | CopyObject | RemoveObject | AddWaypoint | RemoveWaypoint
 )  # fmt: skip
 """Any action; messages and macros are decoded as this."""

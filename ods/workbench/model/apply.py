@@ -99,6 +99,7 @@ _DOING: dict[type[do.Action], Callable[[State, Any], State]] = {
     do.SwapAB: _swap,
     do.DropB: lambda state, _: replace(state, other=None),
     do.OpenData: _open,
+    do.ShowBeside: lambda state, a: replace(state, beside=a.beside),
     do.ShowPing: _show_ping,
     do.SetView: lambda state, a: replace(state, view=with_value(state.view, a.name, a.value)),
     do.SetBookmark: _set_bookmark,

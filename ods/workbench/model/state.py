@@ -65,6 +65,8 @@ class View(Settings, frozen=True):
     """Ranges that this ping skips are dimmed."""
     truth: bool = True
     """Where the truth is known, right, false and missed ones are distinguished."""
+    chain_px: Annotated[int, msgspec.Meta(ge=280, le=900)] = 432
+    """Width of the list of stages."""
     large: bool = False
     """Pictures have the window; stages and charts are folded away."""
     pinned_beam: int | None = None
@@ -111,6 +113,14 @@ class Label(Settings, frozen=True):
             raise ValueError("text: one line of plain text, without #")
 
 
+class Beside(Settings, frozen=True):
+    """Other data, of which a ping is shown beside the one at hand."""
+
+    data: DataReference
+    scene: SceneFile | None = None
+    """Of `data`, where that is a scene."""
+
+
 class State(Settings, frozen=True):
     """All that a workbench shows."""
 
@@ -126,5 +136,7 @@ class State(Settings, frozen=True):
     """Place in the data of the ping that is shown."""
     bookmarks: tuple[Bookmark, ...] = ()
     """In order of pings."""
+    beside: Beside | None = None
+    """Seen through the same chain; none: nothing."""
     labels: Annotated[tuple[Label, ...], msgspec.Meta(max_length=5000)] = ()
     """Of a recording, in order of pings."""

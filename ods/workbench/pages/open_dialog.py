@@ -16,6 +16,7 @@ from ods.workbench.engine import browsing, uploads
 from ods.workbench.engine.browsing import Entry
 from ods.workbench.engine.files import ENDINGS, opening
 from ods.workbench.engine.folders import uploads_folder
+from ods.workbench.model.actions import OpenData
 from ods.workbench.model.state import State
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow
@@ -29,8 +30,10 @@ TALL = "height: min(calc(100vh - 23rem), 34rem)"
 class OpenDialog:
     """Built once a page; filled when it is opened."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, take: Callable[[OpenData], object] | None = None) -> None:
+        """take: does what is chosen; None: it is opened."""
         self._session = session
+        self._take_choice = take or session.do
         self._folder: Path | None = None
         self._entries: list[Entry] = []
         with ui.dialog() as self._dialog, ui.card().classes("w-[60rem] max-w-full gap-2 p-3").mark("open dialog"):
@@ -132,7 +135,7 @@ class OpenDialog:
     async def _open(self, path: str) -> None:
         if path:
             action = await asyncio.to_thread(opening, path, self._session.folders)
-            self._session.do(action)
+            self._take_choice(action)
             self._dialog.close()
 
     async def _take(self, event: UploadEventArguments) -> None:

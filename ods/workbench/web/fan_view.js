@@ -10,8 +10,8 @@ const KINDS = {
   right: { colour: "#4fd1a5", label: "right", sign: "✓" },
   false: { colour: "#ff5a36", label: "false", sign: "✕" },
   missed: { colour: "#ffffff", label: "missed", sign: "?", dash: [4, 3] },
-  only_a: { colour: "#ff9d2e", label: "only A" },
-  only_b: { colour: "#37b6ff", label: "only B" },
+  only_a: { colour: "#ff9d2e", label: "only A", sign: "A", dash: [9, 4] },
+  only_b: { colour: "#37b6ff", label: "only B", sign: "B", dash: [2, 3], corners: 4 },
   truth: { colour: "#ffffff", label: "truth", dash: [4, 3] },
   track: { colour: "#ff6ad5", label: "track" },
 };
@@ -421,11 +421,11 @@ export default {
       return end;
     },
     drawCircle(context, projection, [range_m, bearing_rad, radius_m, kind]) {
-      const { colour, dash, sign } = KINDS[kind] || KINDS.detection;
+      const { colour, dash, sign, corners = 36 } = KINDS[kind] || KINDS.detection;
       const [ahead, across] = [range_m * Math.cos(bearing_rad), range_m * Math.sin(bearing_rad)];
       context.beginPath();
-      for (let index = 0; index <= 36; index++) {
-        const angle = (index / 18) * Math.PI;
+      for (let index = 0; index <= corners; index++) {
+        const angle = (index / corners) * 2 * Math.PI;
         const [x, y] = [across + radius_m * Math.cos(angle), ahead + radius_m * Math.sin(angle)];
         context.lineTo(...projection.toCanvas(Math.hypot(x, y), Math.atan2(x, y)));
       }

@@ -60,10 +60,10 @@ class Frame:
     """Name and level of each, shown at the colour scale."""
     attended: Mask | None = None
     """(beams, samples): False where this ping was not looked at."""
-    labels: tuple[LabelBox, ...] = ()
-    """That a person drew."""
     caption: str = ""
     """One line over the image."""
+    labels: tuple[LabelBox, ...] = ()
+    """That a person drew."""
     version: int = field(default_factory=new_version)
     """Another for each frame of this program."""
 

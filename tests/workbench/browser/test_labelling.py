@@ -98,8 +98,8 @@ def test_saved_they_are_what_assess_reads_and_are_loaded_again(window: webdriver
     file = shared.folder / "dive-labels.txt"
     until(file.exists)
     wait_for(window, "written: ")
-    ((*box, _, text),) = labels(window)
-    assert list(read_boxes(file, open_pings(RECORDING).pings)) == [Box(0, *box, text)]
+    ((first, last, begin, end, _, text),) = labels(window)
+    assert list(read_boxes(file, open_pings(RECORDING).pings)) == [Box(0, first, last, begin, end, text)]
     file.write_text(file.read_text() + "3 8 40 1215 1395 line\n")
     press(window, "Load")
     wait_for(window, "labels: 2, frames with labels: 2")

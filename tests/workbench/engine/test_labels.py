@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from ods.assess.detection.metrics import Score
-from ods.assess.images.labels import read_labels
+from ods.assess.images.labels import Box, read_labels, target_of
 from ods.base.errors import OdsError
 from ods.messages import Detection, Detections
 from ods.sonar_link.files.opening import open_pings
@@ -60,7 +60,7 @@ def test_detections_are_counted_as_assess_counts_them() -> None:
         detections = found_at(*spots)
         circles, judged = labels.judged_by(detections, of_ping, ping)
         score = Score()
-        targets = [labels.target_of(ping, labels.Box(0, *each.beams, *each.samples, "")) for each in of_ping]
+        targets = [target_of(ping, Box(0, *each.beams, *each.samples, "")) for each in of_ping]
         score.count_image(detections.detections, targets)
         assert (len(judged.right), len(judged.false)) == (score.found, score.false_alarms)
         assert len(judged.missed) == score.targets - score.found
