@@ -177,8 +177,11 @@ class _Page:
         self._view("large", not self._session.state.view.large)
 
     def _set_width(self) -> None:
-        """Keep the width that the user drags, within what is of use."""
-        if not self._session.state.view.large:
+        """Keep the width that the user drags, within what is of use; a drag too quick for Quasar has none."""
+        view = self._session.state.view
+        if self._root.value is None:
+            self._root.set_value(view.chain_px)
+        elif not view.large:
             self._view("chain_px", int(min(max(self._root.value, 280), 900)))
 
     def _view(self, name: str, value: object) -> None:
