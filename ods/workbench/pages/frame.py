@@ -16,8 +16,8 @@ from nicegui.events import KeyEventArguments
 from ods.base.errors import one_line
 from ods.workbench.model.actions import SetView
 from ods.workbench.model.state import DataReference
-from ods.workbench.pages import shared_link
-from ods.workbench.pages.open_dialog import OpenDialog
+from ods.workbench.pages.parts import shared_link
+from ods.workbench.pages.parts.open_dialog import OpenDialog
 from ods.workbench.session import Session
 from ods.workbench.web.follow import PICTURE_FIRST_S, follow, in_loop
 

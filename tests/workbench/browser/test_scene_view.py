@@ -8,7 +8,7 @@ from selenium import webdriver
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from tests.workbench.browser.test_narrow import SIDEWAYS
 from tests.workbench.browser.waiting import TEXT, keys, open_menu, press, resized, until, wait_for
 from tests.workbench.serving import serving

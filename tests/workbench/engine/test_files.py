@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from ods.base.errors import OdsError
-from ods.base.shipped import shipped_file
-from ods.workbench.engine.files import openable, opening, shipped_scenes
+from ods.base.files.shipped import shipped_file
+from ods.workbench.engine.files.openable import openable, opening, shipped_scenes
 from ods.workbench.model.apply import apply
 from ods.workbench.model.state import State
 

@@ -10,7 +10,7 @@ from ods.assess.images.labels import Box, read_labels, target_of
 from ods.base.errors import OdsError
 from ods.messages import Detection, Detections
 from ods.sonar_link.files.opening import open_pings
-from ods.workbench.engine import labels
+from ods.workbench.engine.ping import labels
 from ods.workbench.model import actions as do
 from ods.workbench.model.history import History
 from ods.workbench.model.paths import PathError

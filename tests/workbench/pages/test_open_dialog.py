@@ -7,10 +7,10 @@ from nicegui.elements.upload_files import SmallFileUpload
 from nicegui.testing import User
 from nicegui.testing.user_interaction import UserInteraction
 
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.workbench.model.state import State
 from ods.workbench.pages import frame
-from ods.workbench.pages.open_dialog import OpenDialog
+from ods.workbench.pages.parts.open_dialog import OpenDialog
 from ods.workbench.session import Session
 from tests.workbench.pages.visiting import until, visiting
 
