@@ -10,25 +10,20 @@ from ods.base.arrays import Floats
 from ods.messages import Vector3
 from ods.workbench.engine.mission.tracked import Tracked
 
-KNOWN_M = 2.0
-"""Heights are known where the standard deviation of the depth is below this for half of the tracks at least: of a fan
-of one plane it is some 3 m at 30 m, of the Sonar 3D-15 0.5 to 1.3 m (its scene)."""
 MOST_POINTS, MESH = 400, 15
 """Points of a way, and squares of the mesh along its longer side."""
 COLOURS = {
     "vehicle": "#e6edf3", "truth": "#ff8c42", "active": "#1fc79a", "stand_by": "#f0b429", "hibernated": "#56b4e9",
     "terminated": "#8b949e", "mesh": "#30363d",
 }  # fmt: skip
-NOT_KNOWN = "the depths of the tracks are not known well enough: by a sonar that tells elevations they are"
+NOT_KNOWN = "for sonars that tell heights: of several planes, or in three dimensions"
 SIZE = (900, 520)
 """Pixels; a window of 1024 x 700 has them."""
 
 
 def heights_known(result: Tracked | None) -> bool:
-    """Return whether depths of tracks are worth a view of their own."""
-    if result is None or not result.courses:
-        return False
-    return bool(np.median([course.sigma_position[-1, 2] for course in result.courses]) < KNOWN_M)
+    """Return whether there are depths to be seen."""
+    return result is not None and result.tells_heights and bool(result.courses)
 
 
 class SceneDialog:
