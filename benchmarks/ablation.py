@@ -126,14 +126,14 @@ _ODDS = partial(patch.object, judgement, "EXISTENCE", EXISTENCE._replace(odds_fa
 
 MECHANISMS = {
     "crowding": Mechanism((_model(crowd_a_second=1e9),)),
-    "lighter prior in crowds": Mechanism((_model(clutter_looks=8.0),)),
+    "lighter prior in crowds": Mechanism((_model(clutter_scans=8.0),)),
     "strength": Mechanism((_model(strength_limit=0.0),)),
     "strength by range": Mechanism((_model(pooled=1e9, strength_few=1e-9),)),
     "onset": Mechanism((_model(onset_for=0.0, onset_against=0.0), _ODDS)),
     "odds of onsets": Mechanism((_ODDS,)),
     "leading edge": Mechanism((_model(edge_for=0.0, edge_against=0.0),)),
     "motion": Mechanism((_model(motion_for=0.0),)),
-    "hit rate": Mechanism((_model(object_looks=1e9, clutter_looks=1e9, crowded_looks=1e9),)),
+    "hit rate": Mechanism((_model(object_scans=1e9, clutter_scans=1e9, crowded_scans=1e9),)),
     "learned share": Mechanism((_model(calm_share=0.1, new_share=0.0, share_tracks=1e9),)),
     "clutter by place and radius": Mechanism((partial(patch.object, Clutter, "density", _even),)),
     "limits of cut-off echoes": Mechanism((partial(patch.object, match, "nothing_twice", lambda echoes, *_: echoes),)),

@@ -60,7 +60,7 @@ class Found:
     off_m: list[float] = field(default_factory=list)
     speed_off: list[float] = field(default_factory=list)
     radius: list[float] = field(default_factory=list)
-    """Told over true."""
+    """Ratio of the reported to the true value."""
 
 
 def scene_text(case: Case, seed: int) -> str:

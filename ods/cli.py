@@ -32,9 +32,9 @@ QUIETED = {
     "can": logging.WARNING, "canopen": logging.WARNING,
     "matplotlib": logging.ERROR,  # warns of each home folder that it cannot write, and draws all the same
 }  # fmt: skip
-"""The least that is told of what other people's libraries log."""
+"""Lowest level of other people's log lines that is shown."""
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-"""Of the file or terminal that standard output goes to; commands tell of their own files themselves."""
+"""Of the file or terminal that standard output goes to; commands report their own files themselves."""
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
 """Products are of small matrices: threads that wait for each other would cost pings more than they gain."""
 INTERRUPTED = 130
@@ -60,7 +60,7 @@ class Command(NamedTuple):
 
 
 GROUPS = {
-    "map": ("ACTION", "the map of objects at rest: list, export, merge, prune"),
+    "map": ("ACTION", "the map of static objects: list, export, merge, prune"),
     "keys": ("ACTION", "keys of clients on other computers: make, list, revoke"),
     "veto": ("ACTION", "an operator's say: ignore, forget or restore obstacles"),
     "bridge": ("NAME", "obstacles to planners and displays of others"),
@@ -137,7 +137,7 @@ def _run(argv: Sequence[str] | None) -> int:
         open_files.allow_enough()
         code = int(args.run(args) or 0)
         if sys.stdout is not None:
-            sys.stdout.flush()  # or a full disk is noticed when nobody can tell it any more
+            sys.stdout.flush()  # or a full disk is noticed too late to be reported
         return code
     except OdsError as error:
         print(f"ods {args.command}: {error}", file=sys.stderr)
@@ -177,7 +177,7 @@ def _refuse_no_place(values: Iterable[Any]) -> None:
 
 
 def _print_any_name() -> None:
-    """Let what the locale cannot write, as in the name of a file, not end the command that tells of it."""
+    """Let what the locale cannot write, as in the name of a file, not end the command that prints it."""
     if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.encoding != "utf-8":
         sys.stdout.reconfigure(errors="backslashreplace")
 

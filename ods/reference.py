@@ -30,7 +30,7 @@ Each process publishes on one ZeroMQ PUB socket, `ipc://<run_dir>/<process>.sock
 name, and a msgpack map with the fields below. JSON Schema of all of them: [messages.schema.json](messages.schema.json).
 
 The folder has mode 0750 and the sockets 0660, whatever the umask: readers must be of the group of the processes' user
-(`ods` where the units run; log in anew after joining). On other computers the same comes over tcp:
+(`ods` where the units run; log in again after joining). On other computers the same comes over tcp:
 [network.md](network.md).
 
 """

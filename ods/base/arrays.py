@@ -1,4 +1,4 @@
-"""The array types of the whole project, by what an element is. Docstrings tell shapes, units and frames."""
+"""The array types of the whole project, by what an element is. Docstrings give shapes, units and frames."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Names to choose from: what the user is told of one that is not there."""
+"""Names to choose from: the error for one that does not exist."""
 
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches

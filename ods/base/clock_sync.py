@@ -1,6 +1,6 @@
 """Clock synchronisation: a device's clock mapped onto CLOCK_MONOTONIC by a minimum filter over one-way delays.
 
-The message with the least delay tells the offset best: F. Cristian, Probabilistic clock synchronization, Distributed
+The message with the least delay gives the best offset: F. Cristian, Probabilistic clock synchronization, Distributed
 Computing 3 (1989), 146-158. That a clock was set shows in delays that change at once and stay so, and, as delays are
 never negative, in messages that would have come before they were sent: V. Paxson, On calibrating measurements of packet
 transit times, ACM SIGMETRICS 1998, 11-21.
@@ -18,17 +18,17 @@ STEP_NS = 10_000_000
 STEP_CONFIRMATIONS = 8
 """Consecutive late messages that must agree before they are taken for a step back that shows in nothing else."""
 STEP_SHARE = 4
-"""They agree within one part in so many of the least lateness: jitter does not."""
+"""One over the share of the least lateness within which they agree: jitter does not."""
 STEP_PACE = 16
-"""And within one part in so many of the device's time between them: the delays of a backlog shrink as it is read."""
+"""One over the share of the device's time between them: the delays of a backlog shrink as it is read."""
 PACE_OF = 8
-"""Messages by whose device times the device's pace is told."""
+"""Number of messages from whose device times the device's pace is estimated."""
 PACE_SLACK = 1.5
-"""So many times the longest of the device's times between two messages tells of messages in between that were lost."""
+"""A gap of this many times the longest of the device's times between two messages means that messages were lost."""
 MOST_LOST = 9
 """A line loses no more as it stalls,"""
 LOST_SHARE = 5
-"""and no more than one part in so many of the wait: else the device was silent."""
+"""and at most the wait over this: otherwise the device was silent."""
 
 
 class OffsetEstimator:
@@ -51,10 +51,10 @@ class OffsetEstimator:
     explains one that is early and wild, or whose device time lies before the last one's, as messages keep their order
     on the way. A new envelope is confirmed by messages in a row, all off the old one:
 
-        in STEPPED  CONFIRMATIONS that are wild and tell the same offset
-        in both     STEP_CONFIRMATIONS that are late and tell the same offset
+        in STEPPED  CONFIRMATIONS that are wild and give the same offset
+        in both     STEP_CONFIRMATIONS that are late and give the same offset
 
-    The offsets that they tell are those without what one waited longer for messages than the device, which went on at
+    The offsets that they give are those without the time waited longer for messages than the device, which continued at
     its pace, let pass between them: the line's delays, whether it sends bursts, reads a backlog or stalls. A step back
     leaves the arrivals at their pace and shows in the device time. Messages whose lateness such waits explain are held
     back by the line, however long, and no step: they are neither learned nor confirm anything. A step back in a silence
@@ -175,7 +175,7 @@ class OffsetEstimator:
         return suspects if agreed and least_ns > STEP_NS else []
 
     def _rebase(self, confirming: "list[_Message]") -> None:
-        """Learn the offset anew; a line that is late stays so: what all waited for in common is taken off."""
+        """Learn the offset again; a line that is late stays so: the delay common to all is subtracted."""
         self.jumps += 1
         self._envelope.clear()
         self._previous_key = None
@@ -188,7 +188,7 @@ class OffsetEstimator:
 
 
 def _held_ns(waited_ns: int) -> int:
-    """Return for how long the line held messages back for which one waited so long: jitter does not count."""
+    """Return the time for which the line held messages back, by the waiting time: jitter does not count."""
     return max(waited_ns - STEP_NS, 0)
 
 

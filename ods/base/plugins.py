@@ -114,7 +114,9 @@ def _run_file(file: Path) -> None:
 def _refuse_unsafe(file: Path) -> None:
     """Raise PluginError when somebody else could have a service, or root, run his code by that file."""
     if file.exists() and _has_rights_of_its_own() and (why := weakness(file)):
-        raise PluginError(f"{why}; not run as root or as a service: whoever can write it would have its rights")
+        raise PluginError(
+            f"{why}; not loaded as root or by a service, as whoever can write to it would gain those rights"
+        )
 
 
 def _has_rights_of_its_own() -> bool:

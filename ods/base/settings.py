@@ -75,8 +75,8 @@ def complaint_of(error: msgspec.ValidationError, kind: type) -> str:
     message = message.replace(" | null", "").replace("object`", "table`")  # TOML has no null, and tables
     chosen = re.fullmatch(r"Invalid enum value (?:'(?P<text>.*)'|(?P<number>-?\d+))", message, re.DOTALL)
     if chosen:
-        told = int(chosen["number"]) if chosen["number"] else chosen["text"]
-        message = none_of(told, allowed_names(kind, key))
+        given = int(chosen["number"]) if chosen["number"] else chosen["text"]
+        message = none_of(given, allowed_names(kind, key))
     field = re.search(r"(unknown|required) field `([^`]+)`", message)
     if field:
         message = "missing" if field[1] == "required" else f"unknown key{_near_key(kind, key, field[2])}"

@@ -74,7 +74,7 @@ def load_variants(path: Path, kind: type[SettingsT]) -> dict[str, SettingsT]:
     for place, table in enumerate(tables):
         name = table.pop("name", None)
         if not isinstance(name, str) or not name or name in varied:
-            raise ConfigError(f"{path}: variant[{place}].name: each needs one of its own")
+            raise ConfigError(f"{path}: variant[{place}].name: must differ from the other variants' names")
         try:
             varied[name] = _convert(path, _merged(data, table), kind)
         except ConfigError as error:
@@ -129,22 +129,22 @@ def _convert(path: Path, data: dict[str, Any], kind: type[AnyT]) -> AnyT:
                 return str(same) == said
             return False
 
-        told = _mistaken(data, kind) or _with_name(complaint_of(error, kind), data, is_refused)
-        raise ConfigError(f"{path}: {told}") from error
+        complaint = _mistaken(data, kind) or _with_name(complaint_of(error, kind), data, is_refused)
+        raise ConfigError(f"{path}: {complaint}") from error
 
 
 def _mistaken(data: dict[str, Any], kind: type) -> str:
-    """Say that a file is of another kind than the one wanted; "" where it is not."""
+    """Return a text that a file is of another kind than the one wanted; "" where it is not."""
     names = {field.name for field in msgspec.structs.fields(kind)}
-    wanted = [told for key, told in KINDS.items() if key in names]
-    found = [told for key, told in KINDS.items() if key in data and key not in names]
+    wanted = [what for key, what in KINDS.items() if key in names]
+    found = [what for key, what in KINDS.items() if key in data and key not in names]
     return f"is {found[0]}, not {wanted[0]}" if found and wanted and not names & KINDS.keys() & data.keys() else ""
 
 
 def _with_name(complaint: str, data: dict[str, Any], is_refused: Callable[[dict[str, Any]], bool]) -> str:
     """Return a complaint of an entry of a table of any names, "a.b[...].c: is wrong", with the entry's name.
 
-    msgspec does not tell it: it is the one that is refused without the others.
+    msgspec does not name it: it is the one that is refused without the others.
     """
     key, entry, rest = complaint.partition("[...]")
     if not entry or ": " in key or "[" in key:
@@ -165,7 +165,7 @@ def _at(data: dict[str, Any], steps: list[str]) -> dict[str, Any]:
 
 
 def _expanded(path: str) -> Path:
-    """Return a path without `~`; a home that nobody knows is Debian's for who has none, and fails where it is used."""
+    """Return a path without `~`; an unknown home is Debian's for a user without one, and fails where it is used."""
     try:
         return Path(path).expanduser()
     except RuntimeError:

@@ -27,7 +27,7 @@ class TruthsByTime:
         self._waiting: deque[Ping] = deque(maxlen=64)
 
     def ping(self, ping: Ping) -> None:
-        """Take a ping: its truth is that of its newest beam, which may be told later."""
+        """Take a ping: its truth is that of its newest beam, which may be reported later."""
         self._waiting.append(ping)
 
     def truth(self, truth: Truth) -> list[Truth]:
@@ -106,12 +106,12 @@ class Collector:
         return bool(reports) and reports[-1].ready
 
     def down(self) -> str:
-        """Return which process ended and why, as `ods run` told last; '' when none did."""
+        """Return which process ended and why, as `ods run` reported last; '' when none did."""
         newest = [reports[-1] for reports in self.record.health.values() if reports]
         return next((f"{each.process} {'; '.join(each.problems)}" for each in newest if not each.pid), "")
 
     def busy(self, process: str) -> str:
-        """Return what keeps `process` from being ready, as far as it has been told."""
+        """Return what keeps `process` from being ready, as far as it is known."""
         reports = self.record.health[process]
         return "; ".join(reports[-1].problems) if reports else ""
 

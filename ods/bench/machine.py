@@ -22,7 +22,7 @@ ROUND_S = 0.1
 BUSY_WAKE_MS = 5.0
 """The computer is busy when one wake-up in twenty is later than this,"""
 BUSY_SLOWDOWN = 1.5
-"""when a short piece of work takes so many times its processor time, one in four,"""
+"""when a short piece of work takes this multiple of its processor time, one in four,"""
 BUSY_PRESSURE = 0.6
 """or when some process waited for a processor for more than this share of the time."""
 
@@ -59,9 +59,9 @@ class MachineProbe:
 
     def result(self) -> MachineLoad:
         """End the measurement and return what it found; an idle computer if it could not be measured."""
-        told, _ = self._process.communicate()
+        output, _ = self._process.communicate()
         try:
-            return msgspec.json.decode(told, type=MachineLoad)
+            return msgspec.json.decode(output, type=MachineLoad)
         except msgspec.DecodeError:
             return MachineLoad()
 

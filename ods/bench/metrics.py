@@ -126,7 +126,7 @@ def summarize(
 def _is_the_machines(name: str, summary: Summary, limits: BenchLimits) -> bool:
     """Return whether a busy computer explains a missed limit: one on times, or pings left out for lack of time.
 
-    Those that did not come out of the sonar process count as such: the line's buffers run over while nobody reads.
+    Those that did not come out of the sonar process count as such: the line's buffers overflow while it does not read.
     """
     if not summary.machine.busy:
         return False

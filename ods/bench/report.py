@@ -11,7 +11,7 @@ from ods.offline.run_record import RunRecord
 from ods.offline.score_table import objects_table
 
 PLAIN_EVERY_S = 10
-"""Where the output is no terminal, one line each so many seconds."""
+"""Period of the lines where the output is not a terminal, s."""
 
 
 class ProgressLine:
@@ -56,8 +56,8 @@ def show(summary: Summary, settings: BenchConfig) -> None:
         console.print(f"{name} was killed and back after {seconds:.1f} s")
     console.print(f"results: {settings.out}", highlight=False)
     if summary.not_judged:
-        told = f"not judged: the machine was busy ({summary.machine}): {'; '.join(summary.not_judged)}"
-        console.print(f"[bold yellow]{told}")
+        line = f"not judged: the machine was busy ({summary.machine}): {'; '.join(summary.not_judged)}"
+        console.print(f"[bold yellow]{line}")
     if summary.broken:
         console.print("[bold red]BROKEN: " + "; ".join(summary.broken))
     elif not summary.not_judged:

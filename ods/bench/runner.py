@@ -17,7 +17,7 @@ from ods.sim_sonar.device.sonar_line import has_numbers
 START_S = 60.0
 """For the next sign of progress."""
 PLANNER_DEAD_S = 3.0
-"""A planner that was killed is started again so much later: long enough for the vehicle's watchdog."""
+"""Time after which a killed planner is started again, s: long enough for the vehicle's watchdog."""
 AFTER_S = 1.0
 """Time for the last lists to arrive."""
 
@@ -91,5 +91,5 @@ def _kill(kill: KillSettings, programs: _Programs, record: RunRecord) -> None:
 
 
 def _arrived(collector: Collector) -> bool:
-    told = collector.record.set_points
-    return bool(len(told)) and told[-1].arrived
+    set_points = collector.record.set_points
+    return bool(len(set_points)) and set_points[-1].arrived

@@ -21,7 +21,7 @@ class KillSettings(Settings, frozen=True):
 
     def __post_init__(self) -> None:
         if (self.process, self.signal) == ("planner", "STOP"):
-            raise ValueError("signal: the planner can be killed only")
+            raise ValueError("signal: the planner can only be killed")
 
 
 class AvoidLimits(Settings, frozen=True):
@@ -83,4 +83,4 @@ class BenchConfig(SimConfig, frozen=True):
         if self.planner is None and any(each.process == "planner" for each in self.kill):
             raise ValueError("kill: there is no planner")
         if self.planner is not None and self.planner.can is None:
-            raise ValueError("planner.can: missing: the vehicle hears set points on CAN")
+            raise ValueError("planner.can: missing: the simulated vehicle receives set points on CAN")

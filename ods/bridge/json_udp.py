@@ -19,7 +19,7 @@ FORMAT = 1
 MS = 1_000_000
 LEFT_OUT = b'"left_out":'
 MOST_UNSEEN = 10
-"""Parts of the sector that are told, so that they never fill a datagram."""
+"""Most parts of the sector that are reported, so that they never fill a datagram."""
 
 
 class JsonEncoder:

@@ -37,7 +37,7 @@ class Sector(NamedTuple):
     body_m: float
     """Nearest obstacle or echo; inf: none."""
     clear_m: float
-    """So far the water is known to be empty; 0: not even near the vehicle."""
+    """Range to which the water is known to be empty, m; 0: not even near the vehicle."""
 
 
 class MavlinkEncoder:
@@ -65,18 +65,18 @@ class MavlinkEncoder:
         if self._clearance is None:
             return Encoded([], 0)
         sectors = around_bow(self._clearance, heading_deg(moment.pose.attitude), moment.age_s, self._settings.near_m)
-        told = [told_m(sector, self._settings) for sector in sectors]
+        distances_m = [reported_m(sector, self._settings) for sector in sectors]
         if self._settings.form == "distance":
-            self._send_distances(moment, told)
+            self._send_distances(moment, distances_m)
             return Encoded(self._datagrams, 0)
         nearest = [(each, nearest_point(each, moment)) for each in moment.nearest(self._settings.most_obstacles)]
         sent = [(each.id, place) for each, place in nearest if math.hypot(*place) <= self._settings.most_m]
-        self._send_points(moment, told, sent)
+        self._send_points(moment, distances_m, sent)
         return Encoded(self._datagrams, moment.left_out(len(sent)))
 
-    def _send_distances(self, moment: Moment, told: list[float | None]) -> None:
+    def _send_distances(self, moment: Moment, distances_m: list[float | None]) -> None:
         most_cm = round(self._settings.most_m * 100.0)
-        distances = [UNKNOWN if each is None else min(math.floor(each * 100.0), most_cm + 1) for each in told]
+        distances = [UNKNOWN if each is None else min(math.floor(each * 100.0), most_cm + 1) for each in distances_m]
         self._mav.send(
             dialect.MAVLink_obstacle_distance_message(
                 time_usec=moment.now_ns // 1000,
@@ -91,13 +91,13 @@ class MavlinkEncoder:
             )
         )
 
-    def _send_points(self, moment: Moment, told: list[float | None], nearest: list[tuple[int, Vector3]]) -> None:
+    def _send_points(self, moment: Moment, distances_m: list[float | None], nearest: list[tuple[int, Vector3]]) -> None:
         """Send obstacles, and what else bounds the known water, as one set: all have one time."""
         time_ms = moment.now_ns // MS % MOST_MS
         heading = math.radians(heading_deg(moment.pose.attitude))
         for number, place in nearest:
             self._send_point(moment, time_ms, number & 0x7FFF, place)
-        for number, distance in enumerate(told):
+        for number, distance in enumerate(distances_m):
             if distance is not None and distance <= self._settings.most_m:
                 azimuth = heading + math.radians(number * WIDTH_DEG)
                 level = distance * math.cos(azimuth), distance * math.sin(azimuth), 0.0
@@ -125,7 +125,7 @@ class MavlinkEncoder:
 def around_bow(clearance: Clearance, heading: float, age_s: float, near_m: float) -> list[Sector]:
     """Return the sectors of the message: of each sector of the clearance that it touches the worst.
 
-    The vehicle, and what may have come in, have moved on since: distances are so much shorter.
+    The vehicle, and what may have come in, have moved since: distances are shorter by that.
     """
     velocity = clearance.pose.velocity_ned if clearance.pose is not None else (0.0, 0.0, 0.0)
     moved_m = (math.hypot(velocity[0], velocity[1]) + clearance.fastest_m_s) * max(0.0, age_s)
@@ -149,18 +149,18 @@ def _worst(clearance: Clearance, touched: list[int], near_m: float, moved_m: flo
     return Sector(max(0.0, min(bodies, default=math.inf) - moved_m), max(0.0, clear_m - moved_m))
 
 
-def told_m(sector: Sector, settings: MavlinkSettings) -> float | None:
+def reported_m(sector: Sector, settings: MavlinkSettings) -> float | None:
     """Return at which distance an obstacle is sent; more than `most_m`: none, it is free; None: not known."""
     body_m = max(LEAST_M, sector.body_m)
     if settings.unknown == "obstacle":
-        told = min(body_m, max(sector.clear_m, settings.unknown_m))
+        distance_m = min(body_m, max(sector.clear_m, settings.unknown_m))
     elif math.isfinite(body_m):
-        told = min(body_m, max(LEAST_M, sector.clear_m)) if sector.clear_m else body_m
+        distance_m = min(body_m, max(LEAST_M, sector.clear_m)) if sector.clear_m else body_m
     elif sector.clear_m > settings.most_m:
-        told = math.inf
+        distance_m = math.inf
     else:
         return None
-    return told if told <= settings.most_m else settings.most_m + 1.0
+    return distance_m if distance_m <= settings.most_m else settings.most_m + 1.0
 
 
 def nearest_point(obstacle: Obstacle, moment: Moment) -> Vector3:

@@ -50,7 +50,8 @@ class Moment:
     def nearest(self, most: int, *, ignored: bool = True) -> list[Obstacle]:
         """Return the obstacles that have not ended, nearest edge first, `most` at most.
 
-        ignored: those, too, that an operator said to ignore: of a receiver that is told so, or leans to the safe side.
+        ignored: those, too, that an operator said to ignore: for a receiver that is informed of it, or leans to the
+        safe side.
         """
         present = [(self.edge_m(obstacle), obstacle) for obstacle in self.picture.obstacles if _is_there(obstacle)]
         if not ignored:

@@ -53,7 +53,7 @@ class BridgeWorker(ListWorker):
         counters["left_out_obstacles"] += encoded.left_out
 
     def peer_problem(self, now_ns: int) -> str:
-        """Say that nobody takes what is sent."""
+        """Return a text that the receiver takes no data, or ""."""
         return self._sender.problem(now_ns)
 
     def stop(self) -> None:

@@ -106,7 +106,7 @@ class Ros2Settings(ListSettings, frozen=True):
     )  # fmt: skip
     """obstacles: nav2_dynamic_msgs/ObstacleArray; markers: visualization_msgs/MarkerArray; tracks:
     radar_msgs/RadarTracks; clearance: sensor_msgs/PointCloud2; odometry: nav_msgs/Odometry; diagnostics:
-    diagnostic_msgs/DiagnosticArray; tf: tf2_msgs/TFMessage, only where nobody else publishes the vehicle's place;
+    diagnostic_msgs/DiagnosticArray; tf: tf2_msgs/TFMessage, only where no other node publishes the vehicle's position;
     image: marine_acoustic_msgs/ProjectedSonarImage."""
     image_hz: Annotated[float, msgspec.Meta(gt=0.0, le=20.0)] = 2.0
     """Images sent a second, at most."""

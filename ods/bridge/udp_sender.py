@@ -8,15 +8,15 @@ from ods.base import clock
 from ods.base.errors import reason_of
 from ods.bridge.settings import Destination
 
-TOLD_NS = 2 * clock.NS
-"""A receiver that is not there refuses now and then only: for so long the last time is told."""
+REPORTED_NS = 2 * clock.NS
+"""Time for which a refusal is reported, ns: an absent receiver refuses only now and then."""
 
 
 class UdpSender:
-    """A socket to the destination, made anew after errors: the interface may have got another address.
+    """A socket to the destination, made again after errors: the interface may have got another address.
 
     `complain`: counts by the name given, and says the text once. Names: `refused_datagrams` (the receiver's computer
-    says that nobody listens), `unsent_datagrams` (no way there, or no room).
+    reports that the port is closed), `unsent_datagrams` (no way there, or no room).
     """
 
     def __init__(self, to: Destination, complain: Callable[[str, str], None]) -> None:
@@ -44,7 +44,7 @@ class UdpSender:
         try:
             connected.send(data)
         except ConnectionRefusedError:  # of an earlier one: this one was not sent
-            self._note("refused_datagrams", "nobody listens there")
+            self._note("refused_datagrams", "no process listens there")
             connected.send(data)
 
     def _connected(self) -> socket.socket:
@@ -60,7 +60,7 @@ class UdpSender:
 
     def problem(self, now_ns: int) -> str:
         """Return what is wrong now, in plain words, or ""."""
-        return self._problem if now_ns - self._problem_ns < TOLD_NS else ""
+        return self._problem if now_ns - self._problem_ns < REPORTED_NS else ""
 
     def close(self) -> None:
         """Give the socket back."""

@@ -84,7 +84,7 @@ class ListWorker(Worker[BridgeConfig]):
         return f"no obstacle list for {silent_ns / clock.NS:.1f} s" if silent_ns > STALE_NS else self._silent
 
     def problems(self) -> list[str]:
-        """Say why nothing is sent, and that nobody takes what is."""
+        """Return why nothing is sent, and that the receiver takes no data, a text each."""
         now_ns = clock.monotonic_ns()
         silent = self.silence(now_ns)
         return [said for said in (f"nothing is sent: {silent}" if silent else "", self.peer_problem(now_ns)) if said]

@@ -23,7 +23,7 @@ def run(args: Namespace) -> None:
     history, begin_ns = history_of(recording.poses)
     found = (result.detections for result in offline.detect_pings(recording.pings, settings.pipeline))
     fit = calibrate(echoes_of(found, begin_ns), Rig(history, settings.sonar.mounting), args.depth)
-    if not any(result.told for result in results_of(fit).values()):
-        raise OdsError("neither yaw, pitch nor latency can be told from this recording: see docs/calibrate.md")
+    if not any(result.known for result in results_of(fit).values()):
+        raise OdsError("neither yaw, pitch nor latency can be determined from this recording: see docs/calibrate.md")
     for line in lines(fit, settings.sonar.mounting, settings.sonar.latency_ms):
         print(line)

@@ -26,7 +26,7 @@ STEPS = Unknowns(1.0, 1.0, 1.0, 0.02, 0.02, 0.02, 0.2)
 PRIOR = Unknowns(1e3, 1e3, 20.0, np.radians(30.0), np.radians(10.0), 0.5, 0.5)
 """Standard deviations about the first guess: all that is known where a recording shows nothing."""
 MARGIN_S = 0.6
-"""Poses must be known so far around a ping: latency and the way of sound."""
+"""Time around a ping for which poses must be known, s: latency and travel time of sound."""
 
 
 class Fit(NamedTuple):
@@ -52,7 +52,7 @@ def calibrate(echoes: Echoes, rig: Rig, depth_m: float | None = None, depth_sigm
     """
     echoes = echoes.take(np.flatnonzero(rig.history.knows(echoes.t_s, MARGIN_S)))
     if not len(echoes.ping):
-        raise OdsError("no detection at a time at which the pose is known")
+        raise OdsError("no detection at a time for which there is a pose")
     chosen, guess = first_guess(echoes, rig)
     prior = guess, PRIOR
     if depth_m is not None:
@@ -76,8 +76,8 @@ def calibrate(echoes: Echoes, rig: Rig, depth_m: float | None = None, depth_sigm
 def _checked(seen: Echoes, rig: Rig) -> float:
     """Return by how much headings differ, deg. Raises OdsError for too few sightings or headings."""
     if len(seen.ping) < LEAST_SIGHTINGS:
-        told = f"only {len(seen.ping)} pings show one object at one place, {LEAST_SIGHTINGS} are needed"
-        raise OdsError(f"{told}: is there a fixed object that stands out?")
+        found = f"only {len(seen.ping)} pings show one object at one place, {LEAST_SIGHTINGS} are needed"
+        raise OdsError(f"{found}: is there a fixed object that stands out?")
     headings_deg = _spread_deg(rig.history.at(seen.t_s)[1].as_euler("ZYX", degrees=True)[:, 0])
     if headings_deg < LEAST_HEADINGS_DEG:
         raise OdsError(

@@ -31,7 +31,7 @@ class PoseHistory:
         return place, self._slerp(inside)
 
     def knows(self, t_s: Floats, margin_s: float) -> Mask:
-        """Tell (k,) at which times poses are known, and all around them up to `margin_s`."""
+        """Return (k,) bool: times at which, and within `margin_s` of which, poses are known."""
         known = (t_s >= self._t_s[0] + margin_s) & (t_s <= self._t_s[-1] - margin_s)
         for gap in np.flatnonzero(np.diff(self._t_s) > LONGEST_GAP_S):
             known &= (t_s < self._t_s[gap] - margin_s) | (t_s > self._t_s[gap + 1] + margin_s)
@@ -40,10 +40,10 @@ class PoseHistory:
 
 def history_of(poses: Sequence[Pose]) -> tuple[PoseHistory, int]:
     """Return the poses, in order of time, and the `t_ns` of time 0. One that comes twice is one. Raises OdsError."""
-    told = {pose.t_ns: pose for pose in poses}
-    if not told:
+    by_time = {pose.t_ns: pose for pose in poses}
+    if not by_time:
         raise OdsError("the recording has no poses")
-    t_ns = np.array(list(told))
-    attitude = Rotation.from_quat([pose.attitude for pose in told.values()], scalar_first=True)
-    places = np.array([pose.position_ned for pose in told.values()])
+    t_ns = np.array(list(by_time))
+    attitude = Rotation.from_quat([pose.attitude for pose in by_time.values()], scalar_first=True)
+    places = np.array([pose.position_ned for pose in by_time.values()])
     return PoseHistory((t_ns - t_ns[0]) / NS, places, attitude), int(t_ns[0])

@@ -9,7 +9,7 @@ from ods.calibrate.fit import Fit
 
 TOLD_YAW_DEG, TOLD_PITCH_DEG, TOLD_LATENCY_S = 0.5, 1.0, 0.015
 """A standard error above this is no knowledge: 0.5 deg is 0.9 m at 100 m, 15 ms at 20 deg/s 0.3 deg."""
-TO_TELL = {
+TO_DETERMINE = {
     "yaw": "pass the object on headings that differ more",
     "pitch": "pass it higher and lower than it lies, off the bow to both sides, or give its --depth",
     "latency": "turn to and fro while it is in view",
@@ -21,11 +21,11 @@ class Angle(NamedTuple):
 
     value: float
     sigma: float
-    told: bool
+    known: bool
 
 
 def results_of(fit: Fit) -> dict[str, Angle]:
-    """Return yaw and pitch, deg, and latency, ms, each with whether the recording tells it."""
+    """Return yaw and pitch, deg, and latency, ms, each with whether the recording determines it."""
     degrees = {
         name: (math.degrees(getattr(fit.unknowns, name)), math.degrees(getattr(fit.sigma, name)), most)
         for name, most in (("yaw", TOLD_YAW_DEG), ("pitch", TOLD_PITCH_DEG))
@@ -47,9 +47,9 @@ def lines(fit: Fit, mounting: MountingSettings, latency_ms: float) -> Iterator[s
     )
     yield f"residuals: {fit.range_rms_m:.2f} m, {math.degrees(fit.bearing_rms):.2f} deg rms"
     results = results_of(fit)
-    for name, (value, sigma, told) in results.items():
-        if not told:
-            yield f"{name}: cannot be told from this recording: {TO_TELL[name]}"
+    for name, (value, sigma, known) in results.items():
+        if not known:
+            yield f"{name}: cannot be determined from this recording: {TO_DETERMINE[name]}"
         elif name == "latency":
             yield f"{name}: pings are stamped {abs(value):.1f} +- {sigma:.1f} ms too {'late' if value > 0 else 'early'}"
         else:
@@ -60,7 +60,7 @@ def lines(fit: Fit, mounting: MountingSettings, latency_ms: float) -> Iterator[s
 
 def _settings(results: dict[str, Angle], mounting: MountingSettings, latency_ms: float) -> Iterator[str]:
     """Yield the tables to put into the configuration; what is not reported stays as it is."""
-    if results["latency"].told:
+    if results["latency"].known:
         yield "[sonar]"
         yield f"latency_ms = {latency_ms + results['latency'].value:.1f}"
         yield ""
@@ -68,5 +68,5 @@ def _settings(results: dict[str, Angle], mounting: MountingSettings, latency_ms:
     yield f"position_m = {list(mounting.position_m)}"
     yield f"roll_deg = {mounting.roll_deg:g}"
     for name, before in (("pitch", mounting.pitch_deg), ("yaw", mounting.yaw_deg)):
-        told = results[name].told
-        yield f"{name}_deg = {f'{results[name].value:.2f}' if told else f'{before:g}  # not told'}"
+        known = results[name].known
+        yield f"{name}_deg = {f'{results[name].value:.2f}' if known else f'{before:g}  # not determined'}"

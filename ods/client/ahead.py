@@ -1,4 +1,4 @@
-"""Where obstacles are at a time: each carried on at its velocity, with the covariance of its place then."""
+"""Where obstacles are at a time: each extrapolated at its velocity, with the covariance of its position then."""
 
 import math
 from typing import NamedTuple
@@ -25,10 +25,10 @@ def at(picture: ObstacleList, t_ns: int) -> list[Ahead]:
     On another machine, where only UTC means anything: picture.t_ns + (utc_ns - picture.utc_ns).
     """
     lead_s = (t_ns - picture.t_ns) / NS
-    return [carried_on(each, lead_s) for each in picture.obstacles if each.state != "terminated"]
+    return [extrapolated(each, lead_s) for each in picture.obstacles if each.state != "terminated"]
 
 
-def carried_on(obstacle: Obstacle, lead_s: float) -> Ahead:
+def extrapolated(obstacle: Obstacle, lead_s: float) -> Ahead:
     """Return an obstacle `lead_s` after its list; before it, if that is below 0.
 
     Errors of place and velocity are taken to go together, as in the list's own predictions; what manoeuvres add is

@@ -24,7 +24,7 @@ class NoListError(OdsError):
 
 
 class Obstacles:
-    """Iterates over obstacle lists: each call of next() returns the newest one, however long nobody called.
+    """Iterates over obstacle lists: each call of next() returns the newest one, whatever the time since the last call.
 
     A tracker that is gone cannot say so; after `stale_s` of silence the last list is given again, marked not valid.
     """
@@ -66,7 +66,7 @@ class Obstacles:
                     now = clock.monotonic_ns()
                     self._last, self._last_ns = message, self._made_ns(message, now)
                     if now - self._last_ns > self._stale_s * clock.NS:
-                        break  # nobody read for long: a full queue keeps the oldest, newer lists are on their way
+                        break  # not read for long: a full queue keeps the oldest, newer lists are on their way
                     self._why = ""
                     if isinstance(self._subscriber, RemoteBus):
                         self._subscriber.worked(now)
@@ -95,7 +95,7 @@ class Obstacles:
         whether that list is valid, nor of how old it is.
         """
         if self._last is None:
-            raise NoListError("no obstacle list came yet")
+            raise NoListError("no obstacle list received yet")
         return at(self._last, t_ns)
 
     def _silence(self) -> ObstacleList:

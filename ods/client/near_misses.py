@@ -5,12 +5,12 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from ods.base.clock import NS
-from ods.client.ahead import carried_on, spread_along
+from ods.client.ahead import extrapolated, spread_along
 from ods.messages import Obstacle, ObstacleList, PoseAt
 
 TRUSTED_AHEAD = 10.0
-"""A course is carried on for so many times the time that the object was seen for, and no longer: after half a second
-nobody can tell what rests from what moves, and two standard deviations of a velocity would reach everywhere."""
+"""Longest extrapolation of a course, in multiples of the time for which the object was observed: after half a second
+static and moving objects cannot be distinguished, and two standard deviations of a velocity would reach everywhere."""
 STEP_S = 1.0
 """Between the times looked at; the closest approach itself is one of them."""
 
@@ -55,7 +55,7 @@ def _near_miss(
     trusted_s = min(horizon_s, TRUSTED_AHEAD * (obstacle.last_seen_utc_ns - obstacle.first_seen_utc_ns) / NS)
     trusted_s = max(trusted_s, 0.0)
     now = _moment(obstacle, vehicle, 0.0, trusted_s)
-    farthest = carried_on(obstacle, trusted_s).covariance
+    farthest = extrapolated(obstacle, trusted_s).covariance
     spread = math.sqrt(farthest[0][0] + farthest[1][1] + obstacle.sigma_radius**2)
     reach = math.hypot(*obstacle.velocity_ned[:2]) * trusted_s + math.hypot(*vehicle.velocity_ned[:2]) * horizon_s
     if now.distance_m - reach - sigmas * spread >= within_m:
@@ -70,7 +70,7 @@ def _near_miss(
 
 def _moment(obstacle: Obstacle, vehicle: PoseAt, time_s: float, trusted_s: float) -> _Moment:
     """Return how near an obstacle is at a time; after `trusted_s` it is taken to stay where it is then."""
-    there = carried_on(obstacle, min(time_s, trusted_s))
+    there = extrapolated(obstacle, min(time_s, trusted_s))
     north, east = (
         there.position_ned[axis] - vehicle.position_ned[axis] - vehicle.velocity_ned[axis] * time_s for axis in (0, 1)
     )
@@ -86,7 +86,7 @@ def _times(obstacle: Obstacle, vehicle: PoseAt, horizon_s: float, trusted_s: flo
 
 
 def _closest(obstacle: Obstacle, vehicle: PoseAt, horizon_s: float, trusted_s: float) -> Iterator[float]:
-    """Yield the time of the closest approach while the obstacle is carried on, and after."""
+    """Yield the time of the closest approach while the obstacle is extrapolated, and after."""
     offset = [obstacle.position_ned[axis] - vehicle.position_ned[axis] for axis in (0, 1)]
     moving, own = obstacle.velocity_ned, vehicle.velocity_ned
     drift = [moving[axis] - own[axis] for axis in (0, 1)]

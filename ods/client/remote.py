@@ -21,9 +21,9 @@ from ods.runtime.keys.curve import connect_by_key
 from ods.runtime.keys.key_files import ClientKey, read_client_key
 
 SCHEME = "tcp://"
-ANEW_NS = 3 * clock.NS
-"""Without a new list for so long the connection is made anew: a refused one never tries again by itself, and the
-vehicle's clock may have begun anew."""
+AGAIN_NS = 3 * clock.NS
+"""Time without a new list after which the connection is made again, ns: a refused one never tries again by itself, and
+the vehicle's clock may have restarted."""
 DRIFT = 2e-4
 """By which two computers' clocks differ in speed, at most: so fast the quickest list is forgotten."""
 HEARTBEAT_MS, GIVE_UP_MS = 1000, 5000
@@ -66,7 +66,7 @@ class RemoteBus:
 
     def receive(self, timeout_s: float) -> tuple[list[tuple[str, ObstacleList | Health]], list[int]]:
         """Wait at most `timeout_s`; return the newest messages of what came, and no descriptors."""
-        if clock.monotonic_ns() - self._since_ns > ANEW_NS:
+        if clock.monotonic_ns() - self._since_ns > AGAIN_NS:
             self.close()
             self._connect()
         waiting: deque[tuple[bytes, bytes]] = deque(maxlen=bus.TOPICS["obstacles"].queue)

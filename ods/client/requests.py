@@ -112,7 +112,7 @@ class Replay:
         return self.ask(ReplayRequest(do="go", speed=speed))
 
     def step(self, steps: int = 1) -> ReplayAnswer:
-        """Go on until so many obstacle lists have been published, then pause. Raises ReplayError."""
+        """Continue until this number of obstacle lists has been published, then pause. Raises ReplayError."""
         return self.ask(ReplayRequest(do="step", steps=steps))
 
     def ask(self, request: ReplayRequest) -> ReplayAnswer:

@@ -37,7 +37,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Run the pipeline over a recording; without a configuration with its default chain. Raises OdsError."""
     if args.mask and args.out is None:
-        raise OdsError("--mask: goes into the file that --out names")
+        raise OdsError("--mask: needs --out, as it is written to that file")
     refuse_missing(args.file, args.config, args.fan)
     from ods.commands.detect_recording import run as work  # takes a while: after what may be wrong
 

@@ -53,14 +53,14 @@ def _lines(recording: Recording, summary: Summary, asked: Path) -> Iterator[str]
 def _of_utc(recording: Recording) -> str:
     steps = sum(name.startswith("utc step ") for name in recording.metadata)
     unsure = recording.metadata.get(ODS, {}).get("utc_synchronized") == "false"
-    return (", of a clock that nobody kept right" if unsure else "") + (f", {steps} steps of UTC" if steps else "")
+    return (", of a clock that was not synchronized" if unsure else "") + (f", {steps} steps of UTC" if steps else "")
 
 
 def _machine(facts: dict[str, str]) -> Iterator[str]:
     libraries = ("python", "libc", "numpy", "msgspec", "pyzmq")
     yield f"ods {facts.get('version', '?')}; " + ", ".join(f"{name} {facts.get(name) or '?'}" for name in libraries)
-    told = (facts[name] for name in ("host", "cpu", "system") if facts.get(name))
-    yield one_line(", ".join(told)) or "on a computer that is not told"
+    known = (facts[name] for name in ("host", "cpu", "system") if facts.get(name))
+    yield one_line(", ".join(known)) or "on an unknown computer"
     yield f"configuration {facts.get('config_sha256', '?')[:12]}" + (f", map {facts['map']}" if "map" in facts else "")
 
 

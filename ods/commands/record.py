@@ -54,11 +54,11 @@ def _record(args: Namespace) -> None:
             seconds=args.seconds,
         )
         if settings.out is None and config.record.folder is None:
-            raise RecordingError(f"{args.config}: record.folder: missing; or say where by --out DIR")
+            raise RecordingError(f"{args.config}: record.folder: missing; set it, or give --out DIR")
         run_worker(RecordWorker, process, config.bus.run_dir, settings)
 
 
 def _new(folder: Path) -> Path:
     if any(folder.glob("*.mcap")):
-        raise RecordingError(f"{folder}: holds a recording already, and is not overwritten")
+        raise RecordingError(f"{folder}: contains a recording already, and is not overwritten")
     return folder.resolve()

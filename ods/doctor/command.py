@@ -23,7 +23,7 @@ def run(args: Namespace) -> int:
 def print_report(config: Path, listen_s: float = 0.0) -> int:
     """Print the report on this machine and `config`; return 0, or 1 when something is wrong.
 
-    listen_s: listen to sonar and navigation source for so long, s.
+    listen_s: listen to sonar and navigation source for this time, s.
     """
     wrong = 0
     for item in findings(config, listen_s):

@@ -32,7 +32,7 @@ def versions() -> Iterator[Finding]:
 def wall_clock() -> Iterator[Finding]:
     """Ask the kernel whether the wall clock is synchronized."""
     if clock.utc_ns() < YEAR_2024_NS:
-        yield Finding("wrong", "clock", "the wall clock is years behind: stamps are wrong unless the INS tells UTC")
+        yield Finding("wrong", "clock", "the wall clock is years behind: stamps are wrong unless the INS sends UTC")
     elif not clock.synchronized():
         yield Finding("note", "clock", "the wall clock is not synchronized (NTP, PTP); only UTC stamps suffer")
     else:

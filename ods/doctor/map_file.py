@@ -14,7 +14,7 @@ from ods.tracker.map.store import copy_of_map
 def examine(path: Path | None, site: SiteSettings) -> Iterator[Finding]:
     """Look at the map's file, or where it is to be made, without touching either."""
     if path is None:
-        yield Finding("note", "map", "tracker.map.path is not given: objects at rest are forgotten with the process")
+        yield Finding("note", "map", "tracker.map.path is not set: static objects are forgotten when the process ends")
         return
     subject = f"map {path}"
     if not os.path.exists(path):  # noqa: PTH110  which never raises
@@ -29,8 +29,8 @@ def _to_be_made(subject: str, path: Path) -> Finding:
     if not folder.is_dir():
         return Finding("wrong", subject, f"cannot be made: {folder} is no folder; see tracker.map.path")
     if not os.access(folder, os.W_OK | os.X_OK):
-        told = f"cannot be made: {folder} belongs to {_owner(folder)}, and may not be written by this user"
-        return Finding("wrong", subject, f"{told}; see tracker.map.path")
+        fault = f"cannot be made: {folder} belongs to {_owner(folder)}, and may not be written by this user"
+        return Finding("wrong", subject, f"{fault}; see tracker.map.path")
     return Finding("good", subject, "is made at the first start")
 
 

@@ -11,19 +11,19 @@ WAYS = ("ahead", "astern"), ("to starboard", "to port"), ("down", "up")
 MAYBE_RADIANS = 1.6
 """A right angle and what it was rounded up by; angles in degrees are larger as a rule."""
 STEEPEST_DEG = 50.0
-"""A fan farther from level tells places that are off by more than their standard deviations (docs/mounting.md)."""
+"""Tilt of the fan, rad, beyond which positions are off by more than their standard deviations (docs/mounting.md)."""
 
 
 def examine(mounting: MountingSettings, lever_arm_m: Lever) -> Iterator[Finding]:
-    """Say where the configuration puts sonar and INS."""
+    """Yield where the configuration puts sonar and INS."""
     yield Finding("good", "mounting", f"the sonar is {words_of(mounting)}")
     angles = [angle for angle in (mounting.roll_deg, mounting.pitch_deg, mounting.yaw_deg) if angle]
     if angles and max(map(abs, angles)) < MAYBE_RADIANS:
-        told = " and ".join(f"{angle:g} would be {math.degrees(angle):.1f} deg" for angle in angles)
-        yield Finding("note", "mounting", f"angles of sonar.mounting are degrees; if these are radians, {told}")
+        converted = " and ".join(f"{angle:g} would be {math.degrees(angle):.1f} deg" for angle in angles)
+        yield Finding("note", "mounting", f"angles of sonar.mounting are degrees; if these are radians, {converted}")
     steep = _from_level_deg(mounting)
     if steep > STEEPEST_DEG:
-        why = f"beyond {STEEPEST_DEG:.0f} deg places are off by more than told"
+        why = f"beyond {STEEPEST_DEG:.0f} deg positions are off by more than their reported sigma"
         yield Finding("note", "mounting", f"sonar.mounting puts the fan {steep:.0f} deg from level: {why}")
     if any(lever_arm_m):
         yield Finding("good", "mounting", f"the INS is {_way(lever_arm_m)} of the vehicle's origin")

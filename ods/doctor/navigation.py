@@ -54,8 +54,8 @@ def files(settings: OnboardConfig) -> Iterator[Finding]:
         return
     expected = ", ".join(f"{name} ({what})" for name, what in sorted(source.expects().items()))
     yield Finding("good", subject, f"waits for {expected}")
-    for doubt in source.doubts():
-        yield Finding("wrong", subject, doubt)
+    for objection in source.objections():
+        yield Finding("wrong", subject, objection)
 
 
 def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
@@ -80,7 +80,7 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
         yield Finding("wrong", subject, _nothing(settings.nav, heard, seconds))
         return
     yield from _rates(source, heard.items, _own_rhythm(settings.nav, source), seconds)
-    if nav_runs:  # its frames are another node's to us, and it tells of the rest itself
+    if nav_runs:  # its frames are another node's to us, and it reports the rest itself
         heard = heard._replace(line=[], problems=[])
         counters["own_id_taken"] = 0
     instants = _fastest(source, heard.items, _own_rhythm(settings.nav, source))
@@ -133,28 +133,28 @@ def _own_rhythm(nav: NavSettings, source: PoseSource[Any]) -> set[str]:
 
 
 def _waiting(subject: str, nav: NavSettings, source: PoseSource[Any], heard: Heard) -> Finding | None:
-    """Judge an INS that says at most that it waits to be started; None when it says more, or nobody would start it."""
+    """Judge an INS that says at most that it waits to be started; None when it says more, or no node would start it."""
     came = {what for name, what in source.expects().items() if heard.items[name]}
     if came - {"heartbeat"} or not source.waits_for_start(clock.monotonic_ns()):
         return None
     if nav.canopen is not None and nav.canopen.start_ins:
-        told = "waits to be started" if came else "is silent, as before it is started"
+        found = "waits to be started" if came else "is silent, as before it is started"
         advice = "which the nav process does (nav.canopen.start_ins): its poses can be looked at when that runs"
-        return Finding("note", subject, f"the INS {told}, {advice}")
-    told = "the INS waits to be started: set nav.canopen.start_ins = true, or let another node start it"
-    return Finding("wrong", subject, told) if came else None
+        return Finding("note", subject, f"the INS {found}, {advice}")
+    found = "the INS waits to be started: set nav.canopen.start_ins = true, or let another node start it"
+    return Finding("wrong", subject, found) if came else None
 
 
 def _nothing(nav: NavSettings, heard: Heard, seconds: float) -> str:
-    """Say that nothing came that a pose is made of, why if that is known, and what came instead."""
+    """Return a text that nothing came that a pose is made of, why if that is known, and what came instead."""
     others = ", ".join(sorted(heard.items.keys() - {NO_NAME}))
-    told = [f"others came: {others}"] if others else []
+    found = [f"others came: {others}"] if others else []
     causes = [problem for problem in heard.problems if problem.endswith("?")] or heard.line
     if causes and not any(SILENT in cause for cause in causes):
-        return f"nothing that it should send came within {seconds:g} s: {'; '.join([*told, *causes])}"
-    told = [*heard.line, *(problem for problem in heard.problems if NEVER not in problem), *told]
-    asked = f"is the INS on, wired and told to send, and {_right(nav)} right?"
-    return f"nothing that it should send came within {seconds:g} s ({'; '.join(told)}): {asked}"
+        return f"nothing that it should send came within {seconds:g} s: {'; '.join([*found, *causes])}"
+    found = [*heard.line, *(problem for problem in heard.problems if NEVER not in problem), *found]
+    asked = f"is the INS on, wired and set to send, and {_right(nav)} right?"
+    return f"nothing that it should send came within {seconds:g} s ({'; '.join(found)}): {asked}"
 
 
 def _right(nav: NavSettings) -> str:
@@ -165,12 +165,12 @@ def _right(nav: NavSettings) -> str:
 
 
 def _fastest(source: PoseSource[Any], items: Counter[str], own_rhythm: set[str]) -> int:
-    """Return how many instants the INS told of: how often came what comes most, of that which each pose needs."""
+    """Return the number of the INS's instants: the count of the most frequent of the messages that each pose needs."""
     return max(items[name] for name, what in source.expects().items() if what not in own_rhythm)
 
 
 def _rates(source: PoseSource[Any], items: Counter[str], own_rhythm: set[str], seconds: float) -> Iterator[Finding]:
-    """Say how often each expected identifier came."""
+    """Yield how often each expected identifier came."""
     expected = sorted(source.expects().items())
     otherwise = ", or list it in nav.dbc.held" if isinstance(source, DbcSource) else ""
     unusable, fastest = source.unusable(), _fastest(source, items, own_rhythm)
@@ -190,7 +190,7 @@ def _rates(source: PoseSource[Any], items: Counter[str], own_rhythm: set[str], s
 def _judge(
     subject: str, heard: Heard, counters: Counter[str], instants: int, seconds: float, bridged_s: float
 ) -> Iterator[Finding]:
-    """Say how many poses came and what is wrong with them.
+    """Yield how many poses came and what is wrong with them.
 
     instants: how many there could be. bridged_s: gap between poses that the tracker bridges.
     """
@@ -209,7 +209,7 @@ def _judge(
     elif len(heard.poses) < SLOW * instants:
         lost = 1.0 - len(heard.poses) / instants
         yield Finding("note", subject, f"{rate:.1f} poses/s, the newest {_place(heard.poses[-1])}: {lost:.0%} of what "
-                      f"the INS tells is lost")  # fmt: skip
+                      f"the INS sends is lost")  # fmt: skip
     else:
         yield Finding("good", subject, f"{rate:.1f} poses/s, the newest {_place(heard.poses[-1])}")
     for problem in (*heard.line, *heard.problems):
@@ -220,7 +220,7 @@ def _judge(
 
 
 def _counted(subject: str, trouble: list[str]) -> Finding:
-    return Finding("note", subject, f"{', '.join(trouble)}: docs/counters.md tells what they count")
+    return Finding("note", subject, f"{', '.join(trouble)}: see docs/counters.md")
 
 
 def _place(pose: Pose) -> str:

@@ -18,7 +18,7 @@ LISTEN_S = 1.5
 
 
 def sockets(run_dir: Path) -> Iterator[Finding]:
-    """Tell which processes run, and what they say of themselves."""
+    """Report which processes run, and their health."""
     if not _may_be_used(run_dir):
         yield Finding("wrong", "sockets", f"{run_dir} may not be used by this user")
         return
@@ -34,8 +34,8 @@ def sockets(run_dir: Path) -> Iterator[Finding]:
         if process.name not in running and process.by_configuration:
             continue
         if process.name not in running:
-            told = "; ".join(report.problems) if report else ""
-            yield Finding("wrong", process.name, told or "does not run, though others do")
+            problems = "; ".join(report.problems) if report else ""
+            yield Finding("wrong", process.name, problems or "does not run, though others do")
         elif report is None:
             why = overload.problem(clock.monotonic_ns()) or "it hangs, or is starting"
             yield Finding("wrong", process.name, f"runs, but gave no sign of life within {LISTEN_S} s: {why}")

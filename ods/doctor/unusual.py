@@ -26,9 +26,9 @@ def examine(settings: OnboardConfig) -> Iterator[Finding]:
     """Name each number that lies beyond what its slider shows, and say what it does."""
     for key, value, usual, meaning in (*_numbers(settings, ""), *_of_stages(settings.pipeline)):
         if not usual.low <= value <= usual.high:
-            told = f"{usual.low:g} to {usual.high:g} {usual.unit}".rstrip()
+            span = f"{usual.low:g} to {usual.high:g} {usual.unit}".rstrip()
             first = meaning.partition(". ")[0].rstrip(".")
-            yield Finding("note", "configuration", f"{key} = {value:g} is unusual, {told} is usual: {first}")
+            yield Finding("note", "configuration", f"{key} = {value:g} is unusual, {span} is usual: {first}")
 
 
 def _numbers(settings: Settings, path: str) -> Iterator[_Set]:

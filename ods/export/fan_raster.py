@@ -39,7 +39,7 @@ class Shades(NamedTuple):
 
 
 class FanRaster:
-    """Draws the pings of a sonar; geometry and shades are made anew when these change."""
+    """Draws the pings of a sonar; geometry and shades are made again when these change."""
 
     def __init__(self) -> None:
         self._geometry: Geometry | None = None
@@ -100,7 +100,7 @@ class _View:
         bearing = np.array(geometry.bearing_rad)
         far = geometry.range0_m + (geometry.samples - 0.5) * geometry.dr_m
         if far <= 0.0 or not np.isfinite(far) or (np.diff(bearing) <= 0.0).any():
-            raise ValueError("its geometry is no fan")
+            raise ValueError("its geometry is not a fan")
         edges = beam_edges(bearing)
         arc = np.linspace(edges[0], edges[-1], 181)
         self._left, right = min(0.0, far * np.sin(arc).min()), max(0.0, far * np.sin(arc).max())

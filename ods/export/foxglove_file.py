@@ -36,7 +36,7 @@ COLOURS = {"active": (1.0, 0.45, 0.1), "stand_by": (0.95, 0.8, 0.2), "hibernated
 NOT_VALID = (0.5, 0.5, 0.5)
 """Of all objects of a list that is not to be relied on."""
 SIGMAS = 2.0
-"""The halo around an object: as far out as so many standard deviations of its place."""
+"""Width of the halo around an object, standard deviations of its position."""
 NUMBER = re.compile(r"\d+(\.\d+)?")
 LIFETIME_S = BUS_TOPICS["obstacles"].stale_s
 """What is not reported again disappears after this."""
@@ -99,7 +99,7 @@ class FoxgloveMessages:
         try:
             picture = self._raster.image(ping)
         except (ValueError, ArithmeticError) as error:
-            raise UnfitMessageError("pings that are no image") from error
+            raise UnfitMessageError("pings that are not images") from error
         height, width = picture.shape
         return fg.RawImage(
             timestamp=stamp, frame_id=HEAD, width=width, height=height, encoding="mono8", step=width,
@@ -224,8 +224,8 @@ def _colour(rgb: tuple[float, float, float], opacity: float) -> fg.Color:
     return fg.Color(r=rgb[0], g=rgb[1], b=rgb[2], a=opacity)
 
 
-def _pairs(told: dict[str, Any]) -> list[fg.KeyValuePair]:
-    return [fg.KeyValuePair(key=key, value=_text(value)) for key, value in told.items()]
+def _pairs(values: dict[str, Any]) -> list[fg.KeyValuePair]:
+    return [fg.KeyValuePair(key=key, value=_text(value)) for key, value in values.items()]
 
 
 def _text(value: object) -> str:

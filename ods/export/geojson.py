@@ -32,7 +32,7 @@ class Tracks:
         self._last: dict[int, Obstacle] = {}
 
     def add(self, stamp_ns: int, message: msgspec.Struct) -> None:
-        """Take what a pose or a list of obstacles tells; anything else is passed over."""
+        """Take a pose or a list of obstacles; anything else is skipped."""
         if isinstance(message, Pose):
             self._vehicle.go_on(message.position_ned, stamp_ns)
         elif isinstance(message, ObstacleList):
@@ -103,7 +103,7 @@ class _Way:
 
 
 def attributes(o: Obstacle) -> dict[str, Any]:
-    """Return what is told of an object beside its place, by the names of the map's files."""
+    """Return the properties of an object besides its position, by the names of the map's files."""
     numbers = {
         **dict(zip(("north_m", "east_m", "down_m"), o.position_ned, strict=True)),
         **dict(zip(("sigma_north_m", "sigma_east_m", "sigma_down_m"), o.sigma_position, strict=True)),

@@ -37,7 +37,7 @@ class Place(msgspec.Struct, frozen=True):
 
 
 def place_in(text: bytes, where: str) -> Place:
-    """Return the place that a configuration tells; `where` it comes from, for errors. Raises PlaceError."""
+    """Return the place of a configuration; `where` it comes from, for errors. Raises PlaceError."""
     try:
         found = msgspec.convert(parsed_toml(text), _File)
     except msgspec.ValidationError as error:
@@ -54,7 +54,7 @@ def place_of(attachments: dict[str, bytes], config: Path | None) -> Place:
     """
     if config is None:
         if ATTACHMENT not in attachments:
-            raise PlaceError("the recording does not tell its configuration: name one by --config")
+            raise PlaceError("the recording has no configuration: give one by --config")
         return place_in(attachments[ATTACHMENT], "the recording's configuration")
     return _place(load(config, _File))
 

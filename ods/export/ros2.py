@@ -104,7 +104,7 @@ class BagMessages(Messages):
             raise UnfitMessageError("pings whose samples do not fit their shape") from error
 
     def verdict(self, stamp_ns: int, picture: ObstacleList) -> Any:
-        """Return whether the list is to be relied on: ObstacleArray cannot tell."""
+        """Return whether the list is to be relied on: ObstacleArray has no field for that."""
         stamp_ns += picture.made_ns - picture.t_ns if picture.made_ns else 0  # the instant for which it holds
         said = "; ".join(picture.reasons) or ("valid" if picture.valid else "not valid")
         values = {"seq": picture.seq, "ping_number": picture.ping_number, "left_out": picture.left_out}

@@ -14,7 +14,7 @@ class Sink(Protocol):
         """What could not be written, in a few words, and how often."""
 
     def take(self, stamp_ns: int, message: msgspec.Struct) -> None:
-        """Write a message; `stamp_ns`: the instant that it tells of, UTC. Raises OSError, UnfitMessageError."""
+        """Write a message; `stamp_ns`: the instant that it is about, UTC. Raises OSError, UnfitMessageError."""
 
     def close(self) -> None:
         """Write what is still held, and close. Raises OSError."""

@@ -29,7 +29,7 @@ class Door:
         """By which the admission knows it."""
         self.topics = frozenset(settings.topics)
         self.problem = ""
-        """Why nobody can connect; "": somebody can."""
+        """Why no connection is possible; "" if one is."""
         self.admitted: set[str] = set()
         """Keys let in since it was bound."""
         self._context, self._settings, self._pair = context, settings, pair

@@ -26,7 +26,7 @@ class ListenWorker(Worker[ListenConfig]):
     def __init__(self, service: Service, settings: ListenConfig) -> None:
         super().__init__(service, settings)
         if settings.bus.keys is None or not settings.bus.listen:
-            raise StartError("bus.listen: missing: `at` and `topics` say what may be heard where")
+            raise StartError("bus.listen: missing: set `at` (address) and `topics` (what may be received there)")
         folder = KeyFolder(settings.bus.keys)
         try:
             pair = folder.server()
@@ -59,7 +59,7 @@ class ListenWorker(Worker[ListenConfig]):
             self._note(asked)
 
     def _look_at_keys(self) -> None:
-        """Hang up on who is no longer in the list. Nobody is in one that is wrong."""
+        """Disconnect listeners that are no longer in the list. An invalid list counts as empty."""
         if not self._allowed.follow():
             return
         for door in self._doors:
@@ -84,10 +84,10 @@ class ListenWorker(Worker[ListenConfig]):
                 door.admitted.add(asked.key)
 
     def problems(self) -> list[str]:
-        """Say what nobody can hear, and why."""
+        """Return the topics that cannot be received, and why, a text each."""
         found = [f"bus.listen[{number}].at: {door.problem}" for number, door in enumerate(self._doors) if door.problem]
         problem = self._allowed.problem
-        return [*found, *([f"bus.keys: {problem}: nobody may listen"] if problem else [])]
+        return [*found, *([f"bus.keys: {problem}: no listener is admitted"] if problem else [])]
 
     def stop(self) -> None:
         """Give the sockets back."""

@@ -42,7 +42,7 @@ class Tap:
                 topic, *_, body = self._socket.recv_multipart(zmq.DONTWAIT)
             except zmq.Again:
                 return
-            except ValueError:  # one part only: nobody on board sends that
+            except ValueError:  # one part only: no process on board sends that
                 continue
             if topic in self._topics:
                 self._safe = self._safe or is_safe_to_hear(self._run_dir)

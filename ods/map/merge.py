@@ -44,18 +44,18 @@ class Merged:
 def merge(first: list[MapObject], second: list[MapObject], first_free_id: int, spread: Spread) -> Merged:
     """Return both maps as one, in the first one's frame. The first one's ids stay; the second one's get new ones.
 
-    An object of one map that was carried on into the other (same id, first seen at the same nanosecond) is in the
+    An object of one map that was carried over into the other (same id, first seen at the same nanosecond) is in the
     second what it is in the first, later: of these the one seen last is taken, as fusing would count echoes twice.
     """
-    carried_on, twins = _carried_on(first, second)
-    candidates = [o for o in first if o.id not in carried_on]
-    others = [o for o in second if o.id not in carried_on]
+    common, twins = _common_ids(first, second)
+    candidates = [o for o in first if o.id not in common]
+    others = [o for o in second if o.id not in common]
     pairs = _pairs(candidates, others, spread)
     fused = {candidates[i].id: _fused(candidates[i], others[j], spread) for i, j in pairs}
     paired = {j for _, j in pairs}
     new = [o for j, o in enumerate(others) if j not in paired]
     renamed = [msgspec.structs.replace(o, id=first_free_id + k) for k, o in enumerate(new)]
-    kept = [carried_on.get(o.id) or fused.get(o.id) or o for o in first]
+    kept = [common.get(o.id) or fused.get(o.id) or o for o in first]
     same = sorted(twins + [(candidates[i].id, others[j].id) for i, j in pairs])
     return Merged(kept + renamed, first_free_id + len(new), same)
 
@@ -69,7 +69,7 @@ def moved(objects: list[MapObject], source: LocalFrame, target: LocalFrame) -> l
     return [_placed(o, place, turn @ _covariance(o) @ turn.T) for o, place in zip(objects, places, strict=True)]
 
 
-def _carried_on(first: list[MapObject], second: list[MapObject]) -> tuple[dict[int, MapObject], list[tuple[int, int]]]:
+def _common_ids(first: list[MapObject], second: list[MapObject]) -> tuple[dict[int, MapObject], list[tuple[int, int]]]:
     """Return the objects that are in both maps under one id, as they were last, and their ids as pairs."""
     known = {(o.id, o.first_seen_utc_ns): o for o in first}
     twins = [(known[o.id, o.first_seen_utc_ns], o) for o in second if (o.id, o.first_seen_utc_ns) in known]

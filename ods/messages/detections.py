@@ -106,7 +106,7 @@ class LookedVolume(msgspec.Struct, frozen=True):
     elevation_max_rad: Angle
     clear_m: bytes
     """C order (bearings, elevations), float32, little endian: slant range of the nearest echo, the bottom's too; the
-    sector's largest range where there is none. Weak echoes may be missing: a pixel tells its strongest one only."""
+    sector's largest range where there is none. Weak echoes may be missing: a pixel holds its strongest one only."""
 
 
 class Detections(msgspec.Struct, frozen=True):

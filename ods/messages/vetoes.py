@@ -21,7 +21,7 @@ class VetoRegion(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, 
 
     def __post_init__(self) -> None:
         if (self.centre_ne is None) == (not self.corners_ne):
-            raise ValueError("a region is either `centre_ne` with `radius_m` or `corners_ne`")
+            raise ValueError("a region needs either `centre_ne` with `radius_m`, or `corners_ne`")
         if self.centre_ne is not None and not self.radius_m > 0.0:
             raise ValueError("radius_m: must be above 0")
         if self.corners_ne and (len(self.corners_ne) < 3 or self.radius_m):
@@ -30,7 +30,7 @@ class VetoRegion(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, 
         if spans and max(spans) > 2.0 * LARGEST_REGION_M:
             raise ValueError(f"corners_ne: more than {2.0 * LARGEST_REGION_M:g} m from north to south, or west to east")
         if self.down_m is not None and self.down_m[0] >= self.down_m[1]:
-            raise ValueError("down_m: must grow")
+            raise ValueError("down_m: the second value must be greater than the first")
 
 
 class Veto(msgspec.Struct, frozen=True, kw_only=True):
@@ -49,7 +49,7 @@ class Veto(msgspec.Struct, frozen=True, kw_only=True):
     """The obstacle is ignored only while its circle, of `radius_m`, lies whole inside. Of a veto by id: the circle that
     it had then, and 2 m around."""
     id: ObjectId | None = None
-    """The obstacle; none: all that are at rest in the region, `moving` at most 0.5."""
+    """The obstacle; none: all static ones in the region, `moving` at most 0.5."""
 
 
 VetoAction = Literal["ignore", "forget", "restore", "list"]
@@ -60,7 +60,7 @@ class VetoRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True,
 
     do: VetoAction
     """ignore: an obstacle by `id`, or what rests in a `region`, for `for_s`; forget: drop an obstacle by `id`, which is
-    tracked anew if there are echoes of it; restore: end a veto, by its `number`, or by the `id` of its obstacle; list:
+    tracked again if there are echoes of it; restore: end a veto, by its `number`, or by the `id` of its obstacle; list:
     nothing but the answer."""
     id: ObjectId | None = None
     region: VetoRegion | None = None
@@ -80,7 +80,7 @@ class VetoRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True,
         if not self.reason.isprintable():
             raise ValueError("reason: must be one line of plain text")
         if (self.for_s is None) == (self.do == "ignore"):
-            raise ValueError("for_s: needed by `ignore`, and by nothing else")
+            raise ValueError("for_s: required by `ignore`, not allowed elsewhere")
 
 
 class VetoAnswer(msgspec.Struct, frozen=True, kw_only=True):

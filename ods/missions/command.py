@@ -28,7 +28,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> None:
-    """Fly all missions that are not done yet and tell what came of all. Raises OdsError."""
+    """Fly all missions that are not done yet and print the results of all. Raises OdsError."""
     refuse_missing(args.campaign)
     if args.chart and args.out is None:
         raise OdsError("--chart: needs --out, where it goes")

@@ -15,7 +15,7 @@ from ods.missions.detections.laws import Laws
 from ods.missions.failing.witness import Warned, Witness
 from ods.missions.outcome import Ending, Outcome
 from ods.missions.settings import Arm, Campaign
-from ods.missions.watch import STEPS, Heard, Told, watch_of
+from ods.missions.watch import STEPS, Heard, TruthWatch, watch_of
 from ods.missions.world import World, make_world
 from ods.offline.mission import MissionSettings
 from ods.planner.conflict import conflict
@@ -24,10 +24,11 @@ from ods.sim_sonar.sonar.model import SonarModel
 from ods.sim_sonar.steered import Steered, VehicleState, at_start
 
 NEARLY = 2.0
-"""An obstacle within so many times the distance to keep is a true reason for an evasion: places are never exact."""
+"""Multiple of the distance to keep within which an obstacle is a true reason for an evasion: positions are not
+exact."""
 
 LISTED_M = 1.0
-"""A listed place so much farther from an obstacle's middle than its radius is that obstacle."""
+"""Distance beyond an obstacle's radius within which a listed position stands for it, m."""
 
 
 class Referee:
@@ -56,12 +57,12 @@ class Referee:
         if self.clearance_m < 0.0 and int(clear.argmin()) not in self.first_listed_m:
             self.time_to_collision_s = 0.0
 
-    def hear(self, told: ObstacleList, now: VehicleState) -> None:
+    def hear(self, received: ObstacleList, now: VehicleState) -> None:
         """Take a list: which obstacles are in it for the first time, seen from where the vehicle is now."""
-        if not told.obstacles or len(self.first_listed_m) == len(self._world.radius_m):
+        if not received.obstacles or len(self.first_listed_m) == len(self._world.radius_m):
             return
-        listed = np.array([each.position_ned[:2] for each in told.obstacles])
-        places, radius = self._world.places(told.t_ns / NS), self._world.radius_m
+        listed = np.array([each.position_ned[:2] for each in received.obstacles])
+        places, radius = self._world.places(received.t_ns / NS), self._world.radius_m
         off = np.hypot(*(places[:, None] - listed).transpose(2, 0, 1))
         clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
         new = set(np.flatnonzero((off < radius[:, None] + LISTED_M).any(axis=1)).tolist()) - self.first_listed_m.keys()
@@ -118,7 +119,7 @@ class Flight:
         self.planner = self._planner(start, goal)
         self.referee = Referee(self.world, campaign.vehicle.radius_m)
         self._wide = msgspec.structs.replace(campaign.planner, keep_m=NEARLY * campaign.planner.keep_m)
-        self._true = Told(self.world, sonar.range_max_m)
+        self._true = TruthWatch(self.world, sonar.range_max_m)
         try:
             self.watch = watch_of(arm, self.world, self.vehicle, sonar, onboard, laws, campaign.errors)
         except ValueError as error:
@@ -156,7 +157,7 @@ class Flight:
 
     @property
     def most_pings(self) -> int:
-        """After so many patience ends."""
+        """Number of pings after which the mission is given up."""
         campaign = self._campaign
         patience_s = campaign.longest * campaign.world.length_m / campaign.planner.cruise_m_s
         return math.ceil(patience_s / self._period_s)

@@ -40,11 +40,11 @@ class Journal:
         if not whole:
             return b""
         if not whole.startswith(head):
-            raise OdsError(f"{self._path}: of another campaign: give another --out, or remove it")
+            raise OdsError(f"{self._path}: belongs to another campaign: give another --out, or remove it")
         try:
             self.done = list(_outcomes(whole[len(head) :]))
         except msgspec.MsgspecError as error:
-            raise OdsError(f"{self._path}: {error}: remove it to begin anew") from error
+            raise OdsError(f"{self._path}: {error}: remove it to start again") from error
         return whole
 
     def add(self, outcome: Outcome) -> None:

@@ -51,4 +51,4 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     nearest_listed: bool
     """The obstacle that it came nearest to was listed in the last 5 s before."""
     warning: str
-    """Then: the list was not valid, told a caution, or the water there was never called empty; else nothing."""
+    """State of the list then: not valid, with a caution, or the water there never reported empty; otherwise nothing."""

@@ -23,7 +23,7 @@ from ods.missions.settings import Campaign
 
 
 def run(args: Namespace) -> None:
-    """Fly all missions that are not done yet and tell what came of all; or fit. Raises OdsError."""
+    """Fly all missions that are not done yet and print the results of all; or fit. Raises OdsError."""
     variants = load_variants(args.campaign, Campaign)
     campaign = next(iter(variants.values()))
     console = Console(highlight=False)
@@ -42,7 +42,7 @@ def run(args: Namespace) -> None:
 
 
 def _fly_variants(variants: Mapping[str, Campaign], args: Namespace, console: Console) -> None:
-    """Fly all variants, each in a folder of its own, and tell what came of them in one table."""
+    """Fly all variants, each in a folder of its own, and print their results in one table."""
     for name, campaign in variants.items():
         if not {"ods", "truth"} <= set(campaign.arms):
             raise OdsError(f"{args.campaign}: variant {name}: arms: variants are compared by ods and truth")
@@ -82,7 +82,7 @@ def _fly_one(campaign: Campaign, args: Namespace, console: Console) -> None:
         console.print(line, soft_wrap=True)
     if left:
         spent_s = time.perf_counter() - began
-        console.print(f"{len(left)} missions in {spent_s:.0f} s; so many times faster than real time on one core:")
+        console.print(f"{len(left)} missions in {spent_s:.0f} s; times faster than real time on one core:")
     for arm, cost in costs.items():
         mission_s, cpu_s = map(sum, zip(*cost, strict=True))
         console.print(f"  {report.ARMS[arm]}: {mission_s / cpu_s:.1f}")
@@ -101,7 +101,9 @@ def _flown(tasks: Sequence[Task], args: Namespace) -> Iterator[Flown]:
 def _left(campaign: Campaign, journal: Journal) -> list[Task]:
     tasks = tasks_of(campaign)
     if len(journal.done) > len(tasks):
-        raise OdsError(f"missions: {len(journal.done) // len(campaign.arms)} are flown there already, more than asked")
+        raise OdsError(
+            f"missions: {len(journal.done) // len(campaign.arms)} have been flown there already, more than requested"
+        )
     return tasks[len(journal.done) :]
 
 

@@ -36,7 +36,7 @@ class WorldSettings(Settings, frozen=True):
     speed_m_s: tuple[NonNegative, NonNegative] = (0.2, 1.0)
     """Least and greatest speed of those that move, m/s."""
     height_m: Positive = 10.0
-    """They reach so far above and below the vehicle's depth, m."""
+    """Their reach above and below the vehicle's depth, m."""
     current_m_s: NonNegative = 0.3
     """Greatest speed of the current, m/s; its direction is random. What moves does so over ground."""
     down_m: Annotated[float, msgspec.Meta(ge=1.0, le=6000.0)] = 20.0
@@ -120,7 +120,7 @@ class Campaign(Settings, frozen=True):
     near_miss_m: NonNegative = 1.0
     """Nearer than this without touching is a near miss, m."""
     longest: Annotated[float, msgspec.Meta(ge=1.0, le=100.0)] = 3.0
-    """A mission may take so many times what the straight way would at cruise speed."""
+    """Longest duration of a mission, in multiples of the straight way at cruise speed."""
     world: WorldSettings = WorldSettings()
     errors: ErrorSettings = ErrorSettings()
     vehicle: VehicleSettings = VehicleSettings()
@@ -131,10 +131,10 @@ class Campaign(Settings, frozen=True):
         if len(set(self.arms)) < len(self.arms):
             raise ValueError("arms: one is named twice")
         if self.planner.climb_to_m > self.world.down_m:
-            raise ValueError("planner.climb_to_m: is below world.down_m: that is no climb")
+            raise ValueError("planner.climb_to_m: is below world.down_m: must be above it")
         if self.fidelity == "detections" and self.detections is None:
             raise ValueError('detections: fidelity = "detections" needs a file of laws, made by --fit')
         if self.fidelity == "detections" and self.errors != ErrorSettings():
-            raise ValueError('errors: go with fidelity = "images"; laws have none of them')
+            raise ValueError('errors: need fidelity = "images"')
         if self.fidelity == "detections" and self.world.heard_within_m is not None:
-            raise ValueError('world.heard_within_m: goes with fidelity = "images"')
+            raise ValueError('world.heard_within_m: needs fidelity = "images"')

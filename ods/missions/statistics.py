@@ -1,4 +1,4 @@
-"""Rates with intervals, paired tests and what else is told of a campaign's arms."""
+"""Rates with intervals, paired tests and other statistics of a campaign's arms."""
 
 import math
 from collections.abc import Sequence
@@ -71,7 +71,7 @@ def rate_of(count: int, of: int) -> Rate:
 
 
 def summary_of(arm: str, outcomes: Sequence[Outcome], straight_m: float) -> Summary:
-    """Return what is told of an arm."""
+    """Return the statistics of an arm."""
     own = [each for each in outcomes if each.arm == arm]
     n = len(own)
     clearances = [each.clearance_m for each in own if each.clearance_m is not None]

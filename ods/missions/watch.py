@@ -40,7 +40,7 @@ NO_ERRORS = ErrorSettings()
 
 
 class Heard(NamedTuple):
-    """What the planner is told after a ping."""
+    """What the planner receives after a ping."""
 
     list: ObstacleList
     clearance: Clearance | None
@@ -56,8 +56,8 @@ class Watch(Protocol):
         """
 
 
-class Told:
-    """Tells what is really there, as far as the sonar reaches, all around; with `blind` the pose only."""
+class TruthWatch:
+    """Reports the true obstacles within the sonar's range, all around; with `blind` the pose only."""
 
     def __init__(self, world: World, range_m: float, *, blind: bool = False) -> None:
         self._world, self._range_m, self._blind = world, range_m, blind
@@ -71,10 +71,10 @@ class Told:
             near = np.flatnonzero(away < self._range_m).tolist()
         places, down = self._world.places(t_s), self._world.settings.down_m
         obstacles = [self._obstacle(which, (*places[which].tolist(), down)) for which in near]
-        told = ObstacleList(number, number, t_ns, t_ns, t_ns, True, [], obstacles, made_ns=t_ns, pose=pose)
+        truth = ObstacleList(number, number, t_ns, t_ns, t_ns, True, [], obstacles, made_ns=t_ns, pose=pose)
         reach = [self._range_m] * SECTORS
         return Heard(
-            told, Clearance(number, number, t_ns, t_ns, True, [0.0] * SECTORS, reach, [None] * SECTORS, pose=pose)
+            truth, Clearance(number, number, t_ns, t_ns, True, [0.0] * SECTORS, reach, [None] * SECTORS, pose=pose)
         )
 
     def _obstacle(self, which: int, place: tuple[float, float, float]) -> Obstacle:
@@ -191,10 +191,10 @@ class OnBoard:
         """Return the list of a ping."""
         found = self.newest = self._finding.found(number, sent)
         began = time.thread_time()
-        told = self._tracking.told(found)
+        found_list = self._tracking.list_of(found)
         self.tracking_ms.append(1e3 * (time.thread_time() - began))
         self.finding_ms.append(found.chain_ms)
-        return None if told is None else Heard(told, self._keeper.after(told, found.detections))
+        return None if found_list is None else Heard(found_list, self._keeper.after(found_list, found.detections))
 
     def _poses(self) -> Iterator[Pose]:
         """Yield the vehicle's poses, for ever: it has always gone on beyond the last echo."""
@@ -231,7 +231,7 @@ def watch_of(
     """Return how an arm looks at the world. Raises ValueError, PluginError, StageError."""
     if arm == "ods":
         return OnBoard(world, vehicle, sonar, settings, laws, errors)
-    return Told(world, sonar.range_max_m, blind=arm != "truth")
+    return TruthWatch(world, sonar.range_max_m, blind=arm != "truth")
 
 
 def head_of(vehicle: Steered, t_s: float) -> Placed:

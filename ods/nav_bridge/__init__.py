@@ -1,1 +1,1 @@
-"""What the inertial navigation system sends, on CAN or as text, to poses."""
+"""From the data of the inertial navigation system, on CAN or as text, to poses."""

@@ -1,4 +1,4 @@
-"""Which altitudes over the bottom are believed. A pose is as good without one, so a wrong one is only left out."""
+"""Plausibility of altitudes over the bottom. A pose is as good without one, so a wrong one is only left out."""
 
 import logging
 from collections import Counter
@@ -9,55 +9,55 @@ from ods.base.clock import NS
 log = logging.getLogger(__name__)
 
 STILL_S, STILL_M = 2.0, 2.0
-"""An altitude that has been the same, to the last digit, for so long, while the vehicle's depth changed by so much, is
-not measured any more: an altimeter hangs, or tells its longest range as it hears no bottom."""
+"""An altitude that has been the same, to the last digit, for this time, s, while the vehicle's depth changed by this
+distance, m, is not measured any more: an altimeter hangs, or reports its longest range as it receives no echo."""
 
 
-class ToldAltitude(NamedTuple):
-    """An altitude as it came, m, and where and when it was told."""
+class ReportedAltitude(NamedTuple):
+    """An altitude as received, m, and depth and time of its report."""
 
-    told_m: float
+    altitude_m: float
     t_ns: int
     down_m: float
     """Of the vehicle."""
 
 
 class AltitudeSense:
-    """Counts `altitude_absurd` and `altitude_still`, and says the first of each."""
+    """Counts `altitude_absurd` and `altitude_still`, and logs the first of each."""
 
     def __init__(self, highest_m: float, counters: Counter[str]) -> None:
         self._highest_m = highest_m
         self._counters = counters
-        self._first: ToldAltitude | None = None
-        """Since it has been the same;"""
+        self._first: ReportedAltitude | None = None
+        """First report of the present value."""
         self._downs = 0.0, 0.0
-        """and the least and the greatest depth since."""
+        """Least and greatest depth, m, since then."""
 
-    def believes(self, altitude_m: float, sigma_m: float, told: ToldAltitude) -> bool:
-        """Return whether an altitude and its standard deviation, made of what was told, can be the vehicle's."""
-        hangs = self._hangs(told)
+    def believes(self, altitude_m: float, sigma_m: float, reported: ReportedAltitude) -> bool:
+        """Return whether an altitude and its standard deviation, derived from `reported`, can be the vehicle's."""
+        hangs = self._hangs(reported)
         if not (0.0 < altitude_m <= self._highest_m and 0.0 <= sigma_m <= self._highest_m):  # written so that NaN fails
             limit = f"it must be above 0, and nav.limits.altitude_m is {self._highest_m:g}"
-            self._doubt("altitude_absurd", f"{altitude_m:.6g} m, to {sigma_m:.3g} m: {limit}")
+            self._reject("altitude_absurd", f"{altitude_m:.6g} m, to {sigma_m:.3g} m: {limit}")
             return False
         if hangs:
-            told_as = f"{told.told_m:.6g} m all the time, though the depth changed by {self._rise_m:.1f} m"
-            self._doubt("altitude_still", told_as)
+            unchanged = f"{reported.altitude_m:.6g} m all the time, though the depth changed by {self._rise_m:.1f} m"
+            self._reject("altitude_still", unchanged)
             return False
         return True
 
-    def _hangs(self, told: ToldAltitude) -> bool:
-        if self._first is None or told.told_m != self._first.told_m:
-            self._first, self._downs = told, (told.down_m, told.down_m)
-        self._downs = min(self._downs[0], told.down_m), max(self._downs[1], told.down_m)
-        return told.t_ns - self._first.t_ns > STILL_S * NS and self._rise_m > STILL_M
+    def _hangs(self, reported: ReportedAltitude) -> bool:
+        if self._first is None or reported.altitude_m != self._first.altitude_m:
+            self._first, self._downs = reported, (reported.down_m, reported.down_m)
+        self._downs = min(self._downs[0], reported.down_m), max(self._downs[1], reported.down_m)
+        return reported.t_ns - self._first.t_ns > STILL_S * NS and self._rise_m > STILL_M
 
     @property
     def _rise_m(self) -> float:
         return self._downs[1] - self._downs[0]
 
-    def _doubt(self, counter: str, why: str) -> None:
+    def _reject(self, counter: str, why: str) -> None:
         if not self._counters[counter]:
-            log.warning("the altitude over the bottom is left out of poses: %s (said once, then counted as %s)",
+            log.warning("poses have no altitude over the bottom: %s (logged once, then counted as %s)",
                         why, counter)  # fmt: skip
         self._counters[counter] += 1

@@ -1,4 +1,4 @@
-"""Text files of other makers, whose encoding nobody tells."""
+"""Text files of other makers, of unknown encoding."""
 
 from pathlib import Path
 

@@ -42,7 +42,7 @@ class HeldSlot:
         return inf if self._t_ns is None else abs(t_ns - self._t_ns) / NS
 
     def complaint(self, now_ns: int) -> str:
-        """Say that it is too old, "" while it is not, or has never come."""
+        """Return a text that it is too old, "" while it is not, or has never come."""
         age_s = self.age_s(now_ns)
         if age_s <= self.max_age_s or (self._t_ns is None and self.refused_ns is None):
             return ""
@@ -73,5 +73,5 @@ class HeldValues:
         return ages
 
     def too_old(self, now_ns: int) -> Iterator[str]:
-        """Say which came but are too old, of those that a pose needs."""
+        """Yield which came but are too old, of those that a pose needs."""
         yield from filter(None, (slot.complaint(now_ns) for slot in self._slots if not slot.optional))

@@ -1,4 +1,4 @@
-"""What every kind of line to a navigation system is to the nav process."""
+"""Interface of every line to a navigation system."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
@@ -6,13 +6,13 @@ from typing import Generic, TypeVar
 
 ItemT_co = TypeVar("ItemT_co", covariant=True)
 Descriptor = Callable[[int | None], None]
-"""Is told of a descriptor to poll; None: there is none, its owner reads often."""
+"""Called with a descriptor to poll; None: there is none, its owner reads often."""
 
 
 class Link(ABC, Generic[ItemT_co]):
     """A line that is opened, read, and opened again when it fails.
 
-    Without a thread: its owner calls `read` when the descriptor that it was told of is readable, and `tick` often.
+    Without a thread: its owner calls `read` when the descriptor passed to it is readable, and `tick` often.
     """
 
     @property
@@ -30,11 +30,11 @@ class Link(ABC, Generic[ItemT_co]):
 
     @abstractmethod
     def problems(self) -> list[str]:
-        """Say in plain words what is wrong with the line."""
+        """Return the problems of the line, a text each."""
 
     @abstractmethod
     def close(self) -> None:
-        """Give the line back."""
+        """Close the line."""
 
     def send(self, can_id: int, data: bytes) -> None:
-        """Send a standard CAN data frame; other lines are only listened to."""
+        """Send a standard CAN data frame; other lines are receive-only."""

@@ -10,7 +10,7 @@ from ods.base.errors import OdsError
 from ods.base.frames.quaternion import conjugate, from_euler, product, rotated
 from ods.base.geodesy import LocalFrame
 from ods.messages import Pose, Quaternion, Vector3
-from ods.nav_bridge.altitude import AltitudeSense, ToldAltitude
+from ods.nav_bridge.altitude import AltitudeSense, ReportedAltitude
 from ods.nav_bridge.clocks.utc import Utc
 from ods.nav_bridge.settings import LimitSettings, SigmaSettings
 
@@ -44,7 +44,7 @@ LARGEST_SIGMA = {"m": 1e7, "rad": 1e3}
 ANGLE_SLACK_RAD = 1e-3
 """For a right angle that was rounded up."""
 NORM_SLACK = 0.02
-"""A quaternion further from length 1 than this is none."""
+"""Largest deviation of a quaternion's length from 1."""
 
 
 class Age(NamedTuple):
@@ -87,9 +87,9 @@ class PoseMaker:
         self._used = (*self._place, *self._attitude, *self._velocity, *self._told_sigmas)
         for name in sorted(fields):
             if name == SIGMA_OVER_BOTTOM and OVER_BOTTOM not in fields:
-                raise OdsError(f"{name}: needs {OVER_BOTTOM} beside it")
+                raise OdsError(f"{name}: needs {OVER_BOTTOM} too")
             if name in UNITS.keys() - OPTIONAL and name not in self._used:
-                raise OdsError(f"{name}: {_lacking(name, fields) or 'of no use beside ' + ', '.join(self._used)}")
+                raise OdsError(f"{name}: {_lacking(name, fields) or 'not used beside ' + ', '.join(self._used)}")
         self.disbelief = ""
         """Why the newest pose was dropped, in plain words; "" while it was not."""
 
@@ -98,7 +98,7 @@ class PoseMaker:
     ) -> Pose | None:
         """Return the pose of the instant `t_ns`, None when it is not believable or too old.
 
-        `ages`: of fields older than that. A place is carried on by the velocity; standard deviations grow.
+        `ages`: of fields older than that. A position is extrapolated by the velocity; standard deviations grow.
         """
         found = self._believable(values)
         if found is None:
@@ -138,15 +138,15 @@ class PoseMaker:
         self, values: Mapping[str, float], t_ns: int, down: float, sinking: float, ages: Mapping[str, Age]
     ) -> tuple[float | None, float]:
         """Return the altitude over the bottom at the pose's instant, None when there is none, and its deviation."""
-        told, sigma = values.get(OVER_BOTTOM), values.get(SIGMA_OVER_BOTTOM, self._sigmas.altitude_m)
-        if told is None:
+        reported, sigma = values.get(OVER_BOTTOM), values.get(SIGMA_OVER_BOTTOM, self._sigmas.altitude_m)
+        if reported is None:
             return None, 0.0
         age = ages.get(OVER_BOTTOM, Age(0.0, 0.0))
         sunk = age.seconds * sinking
-        then = ToldAltitude(told, t_ns - round(age.seconds * NS), down - sunk)
-        if not self._altitudes.believes(told - sunk, sigma, then):
+        then = ReportedAltitude(reported, t_ns - round(age.seconds * NS), down - sunk)
+        if not self._altitudes.believes(reported - sunk, sigma, then):
             return None, 0.0
-        return told - sunk, math.hypot(sigma, _added(age))
+        return reported - sunk, math.hypot(sigma, _added(age))
 
     def _carried(self, place: Vector3, velocity: Vector3, attitude: Quaternion, ages: Mapping[str, Age]) -> Vector3:
         """Return the place at the pose's instant, each coordinate from its own."""
@@ -186,8 +186,8 @@ class PoseMaker:
                 return f"{name} is {values[name]:g} {unit}, more than {LARGEST_SIGMA[unit]:g}"
         attitude, place = self._attitude_of(values), self._place_of(values)
         if attitude is None:
-            told = ", ".join(f"{name} {values[name]:.4g}" for name in self._attitude)
-            return f"{told} is no attitude: angles are taken in rad, a quaternion has length 1"
+            angles = ", ".join(f"{name} {values[name]:.4g}" for name in self._attitude)
+            return f"{angles} is no attitude: angles are taken in rad, a quaternion has length 1"
         if place is None:
             return f"latitude {values['latitude']:.6g}, longitude {values['longitude']:.6g} deg are no place"
         return self._beyond(place, self._velocity_of(values, attitude))
@@ -222,17 +222,17 @@ class PoseMaker:
         return self._frame.turn(values["latitude"], values["longitude"])
 
     def _attitude_of(self, values: Mapping[str, float]) -> Quaternion | None:
-        told = [values[name] for name in self._attitude]
+        parts = [values[name] for name in self._attitude]
         if self._attitude == ATTITUDES[1]:
-            norm = math.hypot(*told)
+            norm = math.hypot(*parts)
             if abs(norm - 1.0) > NORM_SLACK:
                 return None
-            w, x, y, z = (part / norm for part in told)
+            w, x, y, z = (part / norm for part in parts)
         else:
             turns = math.pi, 0.5 * math.pi, 2.0 * math.pi
-            if any(abs(angle) > turn + ANGLE_SLACK_RAD for angle, turn in zip(told, turns, strict=True)):
+            if any(abs(angle) > turn + ANGLE_SLACK_RAD for angle, turn in zip(parts, turns, strict=True)):
                 return None
-            w, x, y, z = from_euler(*told)
+            w, x, y, z = from_euler(*parts)
         return w, x, y, z
 
     def _velocity_of(self, values: Mapping[str, float], attitude: Quaternion) -> Vector3:
@@ -243,12 +243,12 @@ class PoseMaker:
 
 
 def _choice(group: tuple[tuple[str, ...], ...], fields: Collection[str]) -> tuple[str, ...]:
-    """Return the first way to tell it of which all names are there; () when there is none."""
+    """Return the first alternative of which all names are there; () when there is none."""
     return next((names for names in group if all(name in fields for name in names)), ())
 
 
 def _lacking(name: str, fields: Collection[str]) -> str:
-    """Say what a field without a choice needs beside it, "" when another way to tell the same is there already."""
+    """Return what a field without a choice also needs, "" when an alternative is there already."""
     for group in (PLACES, ATTITUDES, VELOCITIES, PLACE_SIGMAS, ATTITUDE_SIGMAS):
         ways = [way for way in group if name in way]
         if ways and not _choice(group, fields):
@@ -266,8 +266,8 @@ def _needed(group: tuple[tuple[str, ...], ...], fields: Collection[str]) -> tupl
 
 def _spread(values: Mapping[str, float], names: tuple[str, ...], default: float) -> Vector3:
     """Return three standard deviations of three, two (the first counts twice) or no fields."""
-    told = [values[name] for name in names] or [default]
-    return told[0], told[-2] if len(told) > 1 else told[0], told[-1]
+    sigmas = [values[name] for name in names] or [default]
+    return sigmas[0], sigmas[-2] if len(sigmas) > 1 else sigmas[0], sigmas[-1]
 
 
 def _added(age: Age) -> float:

@@ -33,7 +33,7 @@ def make_source(nav: NavSettings, frame: LocalFrame, send: Send, counters: Count
 def make_link(
     nav: NavSettings, source: PoseSource[Any], counters: Counter[str], opened: Descriptor, closing: Descriptor
 ) -> Link[Any]:
-    """Return the line to a source; `opened` and `closing` are told of its descriptor."""
+    """Return the line to a source; `opened` and `closing` are called with its descriptor."""
     if isinstance(source, CanSource):
         return CanLink(nav.can, source.ids, counters, opened, closing)
     assert nav.nmea is not None

@@ -31,7 +31,7 @@ class NavWorker(Worker[NavConfig]):
 
     def start(self) -> None:
         """Try the line once: bad settings end the process, a missing device does not."""
-        for library in ("can", "canopen"):  # they tell every attempt; `CanLink` and `problems` tell what matters
+        for library in ("can", "canopen"):  # they log every attempt; `CanLink` and `problems` report what matters
             logging.getLogger(library).setLevel(logging.CRITICAL)
         self._link.tick()
 
@@ -44,7 +44,7 @@ class NavWorker(Worker[NavConfig]):
         self._has_read = True
 
     def tick(self) -> None:
-        """Read a line that wakes nobody; keep line and source going."""
+        """Read a line that cannot be polled; keep line and source going."""
         now_ns = clock.monotonic_ns()
         if not self._has_read:
             self._read(now_ns)
@@ -72,11 +72,11 @@ class NavWorker(Worker[NavConfig]):
         return self._link.is_open
 
     def problems(self) -> list[str]:
-        """Say what is wrong with line, INS and pose."""
-        line, told = self._link.problems(), self._source.problems(clock.monotonic_ns(), self.service.overload())
-        if line and told and told[0].endswith(NOTHING_COMES):
-            return [told[0].replace(NOTHING_COMES, "; ".join(line))]  # one cause
-        return line + told
+        """Return the problems of line, INS and pose, a text each."""
+        line, source = self._link.problems(), self._source.problems(clock.monotonic_ns(), self.service.overload())
+        if line and source and source[0].endswith(NOTHING_COMES):
+            return [source[0].replace(NOTHING_COMES, "; ".join(line))]  # one cause
+        return line + source
 
     def stop(self) -> None:
         """Give the line back."""

@@ -42,7 +42,7 @@ class CanSettings(Settings, frozen=True):
     def __post_init__(self) -> None:
         why = REFUSED_INTERFACES.get(self.interface)
         if why:
-            raise ValueError(f"interface: {self.interface} is refused: {why}")
+            raise ValueError(f"interface: {self.interface} is not allowed: {why}")
         if self.interface not in USUAL_INTERFACES:
             from can.interfaces import VALID_INTERFACES  # with those of its plug-ins
 
@@ -178,7 +178,7 @@ class PartSettings(Settings, frozen=True):
         if self.unit is not None and self.factor is not None:
             raise ValueError("factor: give either unit or factor")
         if self.factor is not None and self.factor <= 0.0:
-            raise ValueError("factor: must be positive; sign turns a signal round")
+            raise ValueError("factor: must be positive; `sign` reverses a signal")
 
 
 class SignalSettings(PartSettings, frozen=True):
@@ -233,9 +233,9 @@ class ValiditySettings(Settings, frozen=True):
         if self.mask is None and self.accept is None:
             raise ValueError("mask: give mask, accept or both")
         if self.mask == 0:
-            raise ValueError("mask: 0 lets everything pass")
+            raise ValueError("mask: 0 accepts every value")
         if self.accept == []:
-            raise ValueError("accept: no value at all would be good")
+            raise ValueError("accept: no value would be accepted")
 
 
 class DbcSettings(Settings, frozen=True):
@@ -272,7 +272,7 @@ NMEA_CHOICES: dict[str, tuple[str, ...]] = {
     "accuracy": ("GST",),
     "altitude": ("DPT", "DBT", "BD"),
 }
-"""Sentences that may tell each part of a pose: NMEA 0183, PASHR, PSXN, and PD6's two letters."""
+"""Sentences that may carry each part of a pose: NMEA 0183, PASHR, PSXN, and PD6's two letters."""
 TALKER = re.compile(r"(?!PASHR$)[A-Z]{2}(?=[A-Z]{3}$)")
 
 
@@ -322,11 +322,11 @@ class NmeaSettings(Settings, frozen=True):
     def __post_init__(self) -> None:
         udp_address(self.port) or tcp_address(self.port)
         for part, usable in NMEA_CHOICES.items():
-            told = getattr(self, part)
-            if told is not None and TALKER.sub("", told) not in usable:
-                raise ValueError(f"{part}: {none_of(told, usable)}")
+            choice = getattr(self, part)
+            if choice is not None and TALKER.sub("", choice) not in usable:
+                raise ValueError(f"{part}: {none_of(choice, usable)}")
         if self.altitude is not None and TALKER.sub("", self.altitude) == TALKER.sub("", self.depth):
-            raise ValueError(f"altitude: {self.altitude} tells the depth already")
+            raise ValueError(f"altitude: {self.altitude} gives the depth already")
         known = {name for usable in NMEA_CHOICES.values() for name in usable}
         unknown = self.held.keys() - known
         if unknown:

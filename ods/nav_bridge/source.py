@@ -1,4 +1,4 @@
-"""What every kind of navigation source is to the nav process. Without I/O: frames or lines in, poses and words out."""
+"""Interface of every navigation source. Without I/O: frames or lines in, poses and problems out."""
 
 from abc import ABC, abstractmethod
 from collections import Counter
@@ -42,7 +42,7 @@ ItemT = TypeVar("ItemT", bound=Item)
 
 
 class PoseSource(ABC, Generic[ItemT]):
-    """One navigation system as what it sends tells of it."""
+    """One navigation system, by the data it sends."""
 
     kind: ClassVar[str]
     """What it speaks: CAN, NMEA."""
@@ -61,8 +61,8 @@ class PoseSource(ABC, Generic[ItemT]):
     def expects(self) -> dict[str, str]:
         """Return what must come for a pose, by the name that `name_of` gives it, with a word on what it carries."""
 
-    def doubts(self) -> list[str]:
-        """Say what is unlikely of its files and settings, before anything came."""
+    def objections(self) -> list[str]:
+        """Return what is unlikely of its files and settings, before anything came."""
         return []
 
     def unusable(self) -> dict[str, str]:
@@ -83,31 +83,31 @@ class PoseSource(ABC, Generic[ItemT]):
         return self._lever_arm.at_origin(pose)
 
     def problems(self, now_ns: int, overload: str = "") -> list[str]:
-        """Say in plain words what is wrong with pose and source.
+        """Return the problems of pose and source, a text each.
 
-        overload: that the computer is overloaded, which makes all that comes late; or "".
+        overload: text that the computer is overloaded, which delays all data; or "".
         """
         stale_ns = self.stale_ns(now_ns)
         if stale_ns and self._fell_silent(now_ns):
             return [f"no pose for {stale_ns / NS:.1f} s: {NOTHING_COMES}"]  # all else follows
         stale = [f"no pose for {stale_ns / NS:.1f} s"] if stale_ns else []
         if stale and self.late_ns > self._oldest_ns:  # what is less late would be used
-            stale.append(f"what comes is {self.late_ns / NS:.1f} s late by the INS's clock: {overload or HELD_BACK}")
+            stale.append(f"data arrive {self.late_ns / NS:.1f} s late by the INS's clock: {overload or HELD_BACK}")
         return stale + self._complaints(now_ns)
 
     def _fell_silent(self, now_ns: int) -> bool:
-        """Return whether nothing comes any more of a source that worked until then: it is off, or its line is cut."""
+        """Return whether a source that worked has become silent: it is off, or its line is cut."""
         worked = self._worked and self._item_ns - self._pose_ns < self._stale_ns
         return worked and now_ns - self._item_ns > self._stale_ns
 
     def stale_ns(self, now_ns: int) -> int:
-        """Return for how long there has been no pose, 0 while that is no problem."""
+        """Return the time without a pose, ns, 0 while that is no problem."""
         silent_ns = now_ns - self._pose_ns
         return silent_ns if silent_ns > self._stale_ns else 0
 
     @property
     def late_ns(self) -> int:
-        """How late what came last was, by the INS's clock; 0 without such a clock."""
+        """Delay of the newest data by the INS's clock, ns; 0 without such a clock."""
         return 0
 
     def opened(self) -> None:

@@ -1,4 +1,4 @@
-"""Chain and tracker as on board, without sockets: what a planner would have been told of each ping."""
+"""Chain and tracker as on board, without sockets: what a planner would have received for each ping."""
 
 import time
 from collections import Counter
@@ -81,7 +81,7 @@ class Detecting:
                 pose = next(waiting, None)
                 if pose is None:
                     break
-                self._processor.hear_pose(pose)
+                self._processor.add_pose(pose)
                 heard.append(pose)
                 heard_ns = pose.t_ns
             began = time.perf_counter()
@@ -107,16 +107,16 @@ class Tracking:
         self.tracker: MissionTracker | None = None
         """None before the first ping."""
 
-    def told(self, found: Found) -> ObstacleList | None:
+    def list_of(self, found: Found) -> ObstacleList | None:
         """Return the list of one ping; None: it was bad, or came late. Raises PluginError."""
         tracker = self.tracker = self.tracker or self._tracker_from(found)
         for pose in found.heard:
-            tracker.hear_pose(pose)
+            tracker.add_pose(pose)
         if found.detections is None:
             return None
         tracker.follow_utc(found.ended_ns)
-        told = tracker.track(found.detections, found.ended_ns)
-        return None if told is None else told.message
+        tracked = tracker.track(found.detections, found.ended_ns)
+        return None if tracked is None else tracked.message
 
     def _tracker_from(self, found: Found) -> MissionTracker:
         inputs = InputMonitor(found.t_ns, (), lambda _: "")
@@ -137,10 +137,10 @@ class Mission:
         """Yield what comes of each ping; poses and pings stand in order of time. Raises StageError."""
         for ping, found in self._detecting.found(pings, poses):
             began = time.perf_counter()
-            told = self._tracking.told(found)
+            message = self._tracking.list_of(found)
             spent_ms = 1e3 * (time.perf_counter() - began)
-            if told is not None and found.detections is not None:
-                yield Step(ping, found.detections, told, found.chain_ms, spent_ms)
+            if message is not None and found.detections is not None:
+                yield Step(ping, found.detections, message, found.chain_ms, spent_ms)
 
 
 def _end_of_reception_ns(ping: Ping) -> int:

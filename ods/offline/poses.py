@@ -1,4 +1,4 @@
-"""The vehicle's poses in a recording, as messages: .npz tells them at its pings, .s7k 20 times a second."""
+"""The vehicle's poses in a recording, as messages: .npz has them at its pings, .s7k 20 times a second."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +17,7 @@ from ods.sonar_link.files.s7k.recorded_poses import read_poses
 
 SIGMA_POSITION_M = (0.1, 0.1, 0.1)
 SIGMA_ATTITUDE_RAD = (0.002, 0.002, 0.005)
-"""No file reports how good its poses are: these are what the simulated INS of the bench tells of its own."""
+"""No file reports how good its poses are: these are those of the bench's simulated INS."""
 
 
 class Way(NamedTuple):
@@ -26,32 +26,32 @@ class Way(NamedTuple):
     poses: list[Pose]
     """In order of time; `t_ns` and `utc_ns` are UTC, as those of the pings."""
     frame: LocalFrame | None
-    """What positions are told in; none: the file does not report where its origin lies."""
+    """Frame of the positions; none: the file does not give the position of its origin."""
 
 
 def way_of(path: Path, recording: PingSequence, site: LocalFrame | None = None) -> Way:
     """Return the poses of a recording.
 
-    site: what positions are to be told in; none: those of .s7k are told from where the first pose is. Raises OdsError.
+    site: the frame of positions; none: those of .s7k are relative to the first pose. Raises OdsError.
     """
     if recording.position_ned is not None and recording.attitude is not None and recording.timed:
         times = [ping.utc_ns for ping in recording.pings]
         attitudes: list[Quaternion] = [(w, x, y, z) for w, x, y, z in recording.attitude.tolist()]
         return Way(poses_along(times, recording.position_ned, attitudes), site)
     try:
-        told = read_poses(path)
+        poses = read_poses(path)
     except OSError as error:
         raise OdsError(f"{path}: {error.strerror}") from error
-    if not told:
+    if not poses:
         raise OdsError(f"{path}: no poses in it: .s7k of `ods record`, or .npz with pos_ned and quat, has them")
-    latitude, longitude, height, *_ = np.array([pose for _, pose in told]).T
+    latitude, longitude, height, *_ = np.array([pose for _, pose in poses]).T
     latitude, longitude = np.degrees(latitude), np.degrees(longitude)
     frame = LocalFrame(float(latitude[0]), float(longitude[0])) if site is None else site
     attitudes = [
         product(frame.turn(*place), from_euler(pose.roll_rad, pose.pitch_rad, pose.heading_rad))
-        for place, (_, pose) in zip(zip(latitude.tolist(), longitude.tolist(), strict=True), told, strict=True)
+        for place, (_, pose) in zip(zip(latitude.tolist(), longitude.tolist(), strict=True), poses, strict=True)
     ]
-    return Way(poses_along([t_ns for t_ns, _ in told], frame.ned(latitude, longitude, height), attitudes), frame)
+    return Way(poses_along([t_ns for t_ns, _ in poses], frame.ned(latitude, longitude, height), attitudes), frame)
 
 
 def poses_along(

@@ -1,4 +1,4 @@
-"""Messages of a recording of `ods record`, as files of pings tell theirs."""
+"""Messages of a recording of `ods record`, in the form of files of pings."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""How well lists tell what is true: truth against obstacle lists, as the bench and `ods track` judge. Pure."""
+"""Quality of obstacle lists against the truth, as in the bench and `ods track`. Pure."""
 
 import math
 from collections import defaultdict

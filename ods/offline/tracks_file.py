@@ -36,10 +36,10 @@ class TracksFile:
             )
 
 
-def rows_of_list(scan: int, told: ObstacleList) -> list[list[float]]:
+def rows_of_list(scan: int, obstacles: ObstacleList) -> list[list[float]]:
     """Return the rows of `trk` for a list; what is terminated has none."""
     return [
         [scan, o.id, *o.position_ned[:2], *o.velocity_ned[:2], o.radius_m, STATUS[o.state]]
-        for o in told.obstacles
+        for o in obstacles.obstacles
         if o.state != "terminated"
     ]

@@ -22,17 +22,17 @@ from ods.pipeline.prepared.prepared_chain import Frame, PreparedChain
 from ods.pipeline.prepared.speckle import LEARNT_CELLS, Alive
 from ods.pipeline.range_image.detector import detect_ranges
 from ods.pipeline.settings import PipelineSettings
-from ods.pipeline.sight import Sight, Unseen, nothing_sent, with_parts
+from ods.pipeline.sight import BlindnessMonitor, Unseen, nothing_sent, with_parts
 from ods.pipeline.stage.configured import ConfiguredStage, configured_stages
 from ods.pipeline.stage.params import STAGES
 from ods.pipeline.stage.step import PingContext
 from ods.pipeline.stage.watch import Watch
 from ods.pose.buffer import PoseEstimate
 
-LASTING_PINGS = 10
+STABLE_PINGS = 10
 """After a geometry that lasted for fewer pings the next one is not taken to last, either:"""
-HURRY = 10
-"""detectors learn from so many times fewer cells, until it has."""
+LEARNING_FACTOR = 10
+"""Factor by which detectors learn from fewer cells until then."""
 KEPT_GEOMETRIES = 2
 """That stages stay prepared for: a sonar may change between two."""
 
@@ -63,17 +63,17 @@ class Chain:
         """A stage compares pings, so the pose is of use."""
         self.geometry_changes = 0
         """Since the first ping, to one that is not alike."""
-        self.prepared_anew = False
+        self.was_prepared = False
         """For the last ping, as its geometry was new: detectors may have learned from images, which takes long."""
         self._geometry: tuple[Any, ...] = ()
-        self._lasted = LASTING_PINGS
+        self._lasted = STABLE_PINGS
         self._sampling: tuple[Any, ...] = ()
         self._scale: SampleScale
         self._plan: Plan
         self._kept: list[_Prepared] = []
         """The one in use first."""
         self._phase = 0
-        self._sight = Sight()
+        self._sight = BlindnessMonitor()
         self._beams = BeamJudge()
         self._pulses = PulseFinder()
         self._second_ways = SecondWays()
@@ -85,10 +85,12 @@ class Chain:
 
         pose: where the sonar's head was at `ping.t_ns`, for the stages that compare pings and for range images.
 
-        Raises PingError for a ping that makes no sense, StageError for a stage that fails.
+        Raises PingError for an invalid ping, StageError for a stage that fails.
         """
         if ping.sweep is not None:
-            raise PingError("beams of a mechanically scanned sonar are no image by themselves: `ods track` joins them")
+            raise PingError(
+                "beams of a mechanically scanned sonar are not an image each: `ods track` joins them into images"
+            )
         frame = _checked_frame(ping)
         if ping.range_grid is not None:
             return detect_ranges(ping, frame, self._settings, pose, mask)
@@ -152,12 +154,12 @@ class Chain:
             self._scale = sample_scale_of(ping)
             self._sampling = sampling
         geometry = geometry_key(ping)
-        self.prepared_anew = False
+        self.was_prepared = False
         if geometry != self._geometry:
             plan = make_plan(ping, self._settings, over_pings=self.over_pings)
             self._change_to(plan)
             self._geometry, self._plan = geometry, plan  # all or, when one fails, none
-        if self._kept[0].hurried and self._lasted >= LASTING_PINGS:
+        if self._kept[0].hurried and self._lasted >= STABLE_PINGS:
             self._kept[0] = self._prepared_for(self._plan, hurried=False)
         self._lasted += 1
 
@@ -167,7 +169,7 @@ class Chain:
         alike = next(kept, None)
         is_other = alike is None or alike is not self._kept[0]
         if alike is None:
-            alike = self._prepared_for(plan, hurried=self._lasted < LASTING_PINGS)
+            alike = self._prepared_for(plan, hurried=self._lasted < STABLE_PINGS)
         else:
             alike.move_to(plan)
         self.geometry_changes += is_other and bool(self._geometry)
@@ -175,8 +177,8 @@ class Chain:
         self._kept = [alike, *(each for each in self._kept if each is not alike)][:KEPT_GEOMETRIES]
 
     def _prepared_for(self, plan: Plan, hurried: bool) -> "_Prepared":
-        self.prepared_anew = True
-        cells = self._learnt_cells // HURRY if hurried else self._learnt_cells
+        self.was_prepared = True
+        cells = self._learnt_cells // LEARNING_FACTOR if hurried else self._learnt_cells
         stages = self._stages_of(plan.settings)
         images = [PreparedChain(image, stages, cells, self._watch, self._alive) for image in plan.images]
         return _Prepared(plan, images, hurried and any(each.learns for each in images))
@@ -196,13 +198,13 @@ class _Prepared(NamedTuple):
     """They learnt from few cells."""
 
     def move_to(self, plan: Plan) -> None:
-        """Go on with a geometry that is alike."""
+        """Continue with a similar geometry."""
         for image, layout in zip(self.images, plan.images, strict=True):
             image.move_to(layout)
 
 
 class _Seen(NamedTuple):
-    """What a ping shows."""
+    """Results of a ping."""
 
     detections: list[Detection]
     faint: list[Detection]
@@ -216,7 +218,7 @@ def _detections(echoes: EchoTable) -> list[Detection]:
 
 
 def _heard_from_db(heard_from: float) -> float | None:
-    """Return `Found.heard_from` as it is told: levels that are set in absolute numbers may be anywhere."""
+    """Return `Found.heard_from` as reported: levels set in absolute numbers may be anywhere."""
     if heard_from <= 0.0:
         return None
     return min(max(20.0 * math.log10(heard_from), 0.0), MOST_HEARING_DB)

@@ -1,4 +1,4 @@
-"""Which rows and ranges of a frame make an image: focus of attention lays rings of ranges side by side."""
+"""Rows and ranges of a frame that make an image: focus of attention lays rings of ranges side by side."""
 
 import math
 from dataclasses import dataclass, replace
@@ -19,7 +19,8 @@ EVERY_PHASE = -1
 
 @dataclass(frozen=True, eq=False)
 class RangeBand:
-    """Ranges that fill some columns of an image. Places are told as if the image went on like this to both sides."""
+    """Ranges that fill some columns of an image. Positions are given as if the image continued like this on both
+    sides."""
 
     columns: slice
     fan: Fan
@@ -34,7 +35,7 @@ class RangeBand:
 
 @dataclass(frozen=True, eq=False)
 class ImageLayout:
-    """What an image shows: rows and columns of the frame that are processed together."""
+    """Contents of an image: rows and columns of the frame that are processed together."""
 
     fan: Fan
     rows: slice

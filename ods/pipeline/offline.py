@@ -25,7 +25,7 @@ DETECTION_COLUMNS = ("range_m", "bearing_rad", "radius_m", "peak", "mean", "snr_
 
 
 class PingResult(NamedTuple):
-    """What came of one ping of a file."""
+    """Result of one ping of a file."""
 
     place: int
     """Place in the file, from 0."""
@@ -45,7 +45,7 @@ def detect_pings(
 ) -> Iterator[PingResult]:
     """Yield the detections of each ping, in order. Raises PluginError, StageError.
 
-    A ping that makes no sense is left out, with a warning that says why; the others keep their index.
+    An invalid ping is left out, with a warning that gives the reason; the others keep their index.
 
     places: where in the file the pings stand, if not one after the other from 0 on; watch: see `Chain`.
     """

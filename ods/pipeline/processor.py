@@ -1,4 +1,4 @@
-"""What the pipeline process does between messages in and detections out: no sockets, no files, no clock.
+"""The pipeline from messages to detections, without sockets, files or a clock.
 
 The process (`service`), files (`ods track`) and recordings (`ods replay`) give it the same messages.
 """
@@ -46,13 +46,13 @@ class PingProcessor:
         """Once a ping of a mechanically scanned sonar has come."""
         self._poses_until, self._poses_heard = -1, 0
         self._needs_poses = self.chain.over_pings
-        """Range images need them, too, to tell what is level."""
+        """Range images also need them, to know what is level."""
 
-    def hear_pose(self, pose: Pose) -> None:
+    def add_pose(self, pose: Pose) -> None:
         """Take in a pose."""
         self._poses_until = pose.seq
         self._poses_heard += 1
-        self._repeated.hear_pose(pose)
+        self._repeated.add_pose(pose)
         if self._needs_poses or self._swept:
             self._poses.insert(pose)
 
@@ -82,12 +82,12 @@ class PingProcessor:
     def _found_by_sweep(self, ping: Ping) -> Detections:
         if self.chain.over_pings:
             raise PingError(
-                "a stage compares pings, which those of a mechanically scanned sonar do not lend themselves to"
+                "a stage compares successive pings, which is not possible with a mechanically scanned sonar"
             )
         swept = self.follow_sweeps()
         image = swept.image(ping)
         self.counters["beams_without_pose"] = swept.without_pose
-        return swept.told(image, self.chain.process(image.ping))
+        return swept.detections(image, self.chain.process(image.ping))
 
     def _head_at(self, t_ns: int) -> PoseEstimate | None:
         return head_of(self._poses.at(t_ns), self._mounting)
@@ -101,9 +101,9 @@ def _refuse_sound_speed(ping: Ping) -> None:
 
 
 def _refuse_negative(ping: Ping) -> None:
-    """Raises PingError where decibels, say, are told to be amplitudes: an image without any echo would come of it."""
+    """Raises PingError where decibels, say, are declared as amplitudes: the image would show no echo."""
     if ping.dtype != "f4" or ping.scale != "linear" or len(ping.data) % 4:
         return
     samples = np.frombuffer(ping.data, "<f4")
     if 2 * np.count_nonzero(samples < 0.0) > samples.size:
-        raise PingError("most samples are below 0, which no linear amplitude is: are they decibels (scale = db)?")
+        raise PingError("most samples are below 0, which a linear amplitude cannot be: are they decibels (scale = db)?")

@@ -17,7 +17,7 @@ from ods.runtime.service import Service, StartError, Worker, tell_alive
 FAILURE_SAID_NS = clock.NS
 """A stage that fails now and then is said all the time."""
 LONGEST_WORK_NS = bus.TOPICS["detections"].stale_s / 2 * clock.NS
-"""A ping that waits for another one and takes so long itself is stale before it is tracked."""
+"""Processing time, ns, from which on a ping that had to wait is stale before it is tracked."""
 
 
 class PipelineWorker(Worker[PipelineConfig]):
@@ -36,7 +36,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         self._failure, self._failed_ns = "", 0
         self._dropped, self._worked_ns = "", 0
         """Why the newest ping was dropped, "" when it was not, and when one was not."""
-        self._prepared_anew = False
+        self._was_prepared = False
 
     def start(self) -> None:
         """Build the chain and try it."""
@@ -51,7 +51,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         if topic == "ping":
             self._backlog.add(message, message.seq, message.t_ns)
         else:
-            self._processor.hear_pose(message)
+            self._processor.add_pose(message)
 
     def tick(self) -> None:
         """Process the pings that came, or the newest if that is all there is time for."""
@@ -84,15 +84,15 @@ class PipelineWorker(Worker[PipelineConfig]):
         self._keep_time(clock.monotonic_ns() - began)
 
     def _keep_time(self, spent_ns: int) -> None:
-        anew, self._prepared_anew = self._prepared_anew, self._processor.chain.prepared_anew
-        if anew or not self._prepared_anew:  # the first ping of a geometry shows nothing of those that follow
+        prepared, self._was_prepared = self._was_prepared, self._processor.chain.was_prepared
+        if prepared or not self._was_prepared:  # the first ping of a geometry shows nothing of those that follow
             self._backlog.worked(spent_ns)
         counters = self.service.counters
         counters["process_mean_us"] = round(self._backlog.work_ns / 1000)
         counters["process_max_us"] = max(counters["process_max_us"], round(spent_ns / 1000))
 
     def problems(self) -> list[str]:
-        """Say when a stage fails, no ping is fit for use or the chain is too slow to be of use."""
+        """Return the problems: a stage that fails, no usable ping, or a chain that is too slow."""
         problems = [self._failure] if self._failure else []
         if self._dropped and clock.monotonic_ns() - self._worked_ns > bus.TOPICS["detections"].stale_s * clock.NS:
             problems.append(self._dropped)

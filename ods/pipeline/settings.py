@@ -52,7 +52,7 @@ class PipelineSettings(Settings, frozen=True):
     """Smallest object that matters, along the range, m. Number of averaged samples, filter and smallest region follow
     from it if the stages have no numbers of their own. 0: six range samples."""
     attention: AttentionSettings = AttentionSettings()
-    """Which ranges are processed at which ping."""
+    """Ranges that are processed at each ping."""
     min_range_m: Annotated[NonNegative, slider(0.0, 10.0, step=0.1, unit="m")] = 0.1
     """Slant range below which samples are ignored, m: the transmit pulse in the transducer."""
     beam_width_deg: Annotated[float, msgspec.Meta(ge=0.0, le=90.0), slider(0.0, 10.0, step=0.1, unit="deg")] = 0.0
@@ -66,7 +66,7 @@ class PipelineSettings(Settings, frozen=True):
         for index, stage in enumerate(self.stage):
             name = stage.get("use")
             if not isinstance(name, str):
-                raise ValueError(f"stage[{index}].use: missing, it says the stage's name")
+                raise ValueError(f"stage[{index}].use: missing: the name of the stage")
             if name in BUILT_IN:
                 try:
                     read_params(BUILT_IN[name], stage)
@@ -75,7 +75,7 @@ class PipelineSettings(Settings, frozen=True):
             elif not self._may_be_a_plug_ins(name):
                 raise ValueError(f"stage[{index}].use: {none_of(name, BUILT_IN)}")
         if self.smallest_object_m > 0.0 and not leaves_numbers(self.chain(), DEFAULT_STAGES):
-            raise ValueError("smallest_object_m: the stages are not the default ones, or have windows of their own")
+            raise ValueError("smallest_object_m: needs the default stages with their default windows")
 
     def _may_be_a_plug_ins(self, stage: str) -> bool:
         """Return whether a stage of that name has been registered in this process, or may yet be by the pipeline's."""
@@ -90,7 +90,7 @@ class PipelineSettings(Settings, frozen=True):
         return self.stage or DEFAULT_STAGES
 
     def at_spacing(self, dr_m: float) -> "PipelineSettings":
-        """Return the settings with all numbers, as they are for range samples so far apart, m."""
+        """Return the settings with all numbers, for a spacing of range samples, m."""
         attention, stages = self.attention, self.chain()
         subsample = attention.subsample or 1
         if leaves_numbers(stages, DEFAULT_STAGES):

@@ -1,4 +1,4 @@
-"""What a ping could not show: blindness is not emptiness.
+"""Parts of the sector that a ping did not observe: blindness is not emptiness.
 
 A part of the sector is unseen where there are no data, where samples are saturated, where a beam hears a source
 (`deaf_beams`), and where the level of all ranges of some beams has fallen far below what it was: a head that is
@@ -25,11 +25,11 @@ from ods.pipeline.interference.deaf_beams import ALL_HEAR, DeafBeams, without
 GROUPS, RINGS = 8, 16
 """Parts of the beams and of the range whose levels are compared with what they were."""
 HEADROOM_DB = 15.0
-"""Over the lowest level that counts can tell: what is nearer to it cannot fall far enough to be missed."""
+"""Level over the lowest that counts can represent: a lower one cannot fall far enough to be noticed."""
 GAP_RINGS = 64
-"""Rings that are told as unseen for want of data."""
+"""Number of rings for which missing data are reported as not observed."""
 GAP_SHARE = 0.2
-"""of whose samples so many are missing."""
+"""Share of a ring's samples that must be missing for that."""
 SATURATED_SHARE = 0.5
 WHYS: tuple[UnseenWhy, ...] = ("no data", "saturated", "level fallen", "interference", "level risen")
 """Codes 1, 2, 3, 4, 5 of a cell; 0 is seen."""
@@ -38,7 +38,7 @@ _LEAST_DB = -26.0
 
 
 class Unseen(NamedTuple):
-    """What one ping could not show; see `Detections`."""
+    """Parts that one ping did not observe; see `Detections`."""
 
     parts: list[UnseenPart]
     share: float
@@ -52,7 +52,7 @@ class _Levels(NamedTuple):
     """(GROUPS, RINGS) each."""
 
     now_db: Floats
-    """NaN where nothing holds data, or no level is told."""
+    """NaN where nothing holds data, or the level is unknown."""
     was_db: Floats
     """NaN where not known."""
     usual_db: Floats
@@ -61,7 +61,7 @@ class _Levels(NamedTuple):
     """Share of the samples."""
 
 
-class Sight:
+class BlindnessMonitor:
     """Judges ping after ping."""
 
     def __init__(self) -> None:
@@ -159,7 +159,7 @@ def with_parts(unseen: Unseen, parts: list[UnseenPart], why: str, sector: Sector
 
 
 def _lowest_db(ping: Ping) -> float:
-    """Return the lowest level that the samples' mean can tell."""
+    """Return the lowest level that the samples' mean can represent."""
     if ping.dtype == "f4":
         return -math.inf
     return _LEAST_DB if ping.scale == "linear" else 0.0

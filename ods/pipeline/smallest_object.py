@@ -1,4 +1,4 @@
-"""What follows from the smallest object that matters: samples averaged, windows and least region. Pure."""
+"""Settings derived from the smallest object that matters: samples averaged, windows and least region. Pure."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ _ENOUGH = 3.0
 """Columns that are left of an object where samples are averaged."""
 _LARGEST_STRIDE = 16
 _BELT_SAMPLES, _BELT_OBJECTS = 160.0, 8.0
-"""Surroundings by which a range is levelled: so many samples, or smallest objects where that is more."""
+"""Surroundings by which a range is equalized: samples, or smallest objects where that is more."""
 
 FILTER = "filter.fir"
 DETECTOR = "detect.two_level"

@@ -6,13 +6,13 @@ from itertools import pairwise
 from ods.messages import Ping
 
 PINGS, CHANGES = 10, 3
-"""So many changes among the last pings are said. A new range setting is one; a profile of the water is none."""
+"""Number of changes among the last pings from which on they are reported. A new range setting is one change."""
 SPACING_SHARE, SPEED_SHARE = 0.02, 0.005
 """What counts as a change, of the value before: a sound speed moves all ranges by as much."""
 
 
 class Steadiness:
-    """Looks at ping after ping."""
+    """Examines successive pings."""
 
     def __init__(self) -> None:
         self._spacings_m: deque[float] = deque(maxlen=PINGS)

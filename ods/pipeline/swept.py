@@ -2,10 +2,10 @@
 
 Each beam has its own time, so its own pose of the head. The image of a ping shows the newest beams of the sweep, as far
 back as `WINDOW_RAD`, as if all had been sent from one pose, the reference: so a body that several pings touch is whole
-in one of them, and the chain has the same geometry each time, as the image turns with the head. An echo is told once a
-sweep, when the head is past it: by the ping whose part of the sector, `GUARD_RAD` behind the newest beam, holds its
-middle. That part is what the ping looked at; the rest of the sector is told as not swept, so that no object there is
-missed and no water there is empty.
+in one of them, and the chain has the same geometry each time, as the image turns with the head. An echo is reported
+once a sweep, when the head is past it: by the ping whose part of the sector, `GUARD_RAD` behind the newest beam, holds
+its middle. That part is what the ping looked at; the rest of the sector is reported as not swept, so that no object
+there is missed and no water there is empty.
 """
 
 import math
@@ -24,13 +24,13 @@ from ods.pose.buffer import PoseEstimate
 
 WINDOW_RAD = math.radians(60.0)
 GUARD_RAD = math.radians(10.0)
-"""A body of twice this width is whole when it is told."""
+"""An object of twice this width is complete when it is reported."""
 WIDEST_RAD = WINDOW_RAD - GUARD_RAD
 """Of the beams of a ping."""
 CLEAR_STEPS = 1.0
-"""An echo that ends so many beams before the newest one goes no further."""
+"""Beams between an echo's end and the newest beam from which on the echo is complete."""
 SLACK_STEPS = 3.0
-"""Whether it does, and where its middle is, may change by so many beams from image to image."""
+"""Beams by which an echo's end and middle may change from image to image."""
 LONGEST_PAUSE_NS = 3 * NS
 MOST_MISSING = 5.0
 """Beams between two pings of one sweep."""
@@ -105,25 +105,25 @@ class SweptSonar:
         self._way: tuple[object, ...] = ()
         self._t_ns: int | None = None
         """Of the newest reference."""
-        self._told: list[tuple[float, float, int]] = []
-        """Echoes that have been told and may still be in the image: north and east, m, and the newest beam then."""
+        self._reported: list[tuple[float, float, int]] = []
+        """Echoes that have been reported and may still be in the image: north and east, m, and the newest beam then."""
 
     def image(self, ping: Ping) -> Swept:
-        """Return the image that a ping completes. Raises PingError for one that makes no sense."""
+        """Return the image that a ping completes. Raises PingError for an invalid one."""
         sweep = _checked(ping)
         direction = 1 if sweep.rising else -1
         beams = self._in_order(ping)
-        if self._begins_anew(ping, beams[0], direction):
-            self._lines, self._judged, self._told = [], 0, []
+        if self._starts_again(ping, beams[0], direction):
+            self._lines, self._judged, self._reported = [], 0, []
         first = self._lines[-1].number + 1 if self._lines else 0
         self._lines += [each._replace(number=first + place) for place, each in enumerate(beams)]
         self._direction, self._ended = direction, sweep.ends
         count = _beams_of(sweep)
         self._lines = self._lines[-count - round(MOST_MISSING) :]
-        self._told = [each for each in self._told if each[2] >= self._lines[0].number]
+        self._reported = [each for each in self._reported if each[2] >= self._lines[0].number]
         return self._made(ping, sweep, count, len(beams))
 
-    def told(self, swept: Swept, found: Detections) -> Detections:
+    def detections(self, swept: Swept, found: Detections) -> Detections:
         """Return the detections of the ping: echoes that are complete and new, and what was looked at."""
         echoes = self._new_ones(swept, found.detections)
         faint = self._new_ones(swept, found.faint)
@@ -151,7 +151,7 @@ class SweptSonar:
         self.without_pose += sum(line.head is None for line in lines)
         return sorted(lines, key=lambda line: line.t_ns)
 
-    def _begins_anew(self, ping: Ping, first: Line, direction: int) -> bool:
+    def _starts_again(self, ping: Ping, first: Line, direction: int) -> bool:
         way = (ping.samples, ping.dr_m, ping.range0_m, ping.dtype, ping.scale, ping.scale_factor, ping.setting)
         step = ping.sweep.step_rad if ping.sweep else 0.0
         other, self._way = (*way, step) != self._way, (*way, step)
@@ -191,7 +191,7 @@ class SweptSonar:
         return judged
 
     def _new_ones(self, swept: Swept, echoes: Sequence[Detection]) -> list[Detection]:
-        """Return the echoes that this ping is to tell, with bearings in the head's frame."""
+        """Return the echoes that this ping reports, with bearings in the head's frame."""
         turned = [_turned(echo, swept.middle) for echo in echoes]
         return sorted((echo for echo in turned if self._is_new(swept, echo)), key=lambda echo: echo.bearing_rad)
 
@@ -201,15 +201,15 @@ class SweptSonar:
         foremost = place + 0.5 * echo.bearing_extent_rad
         past = place <= -GUARD_RAD
         if not swept.sweep.ends and foremost > -CLEAR_STEPS * step:
-            return past  # so wide that it is told before all of it was looked at
+            return past  # so wide that it is reported before all of it was observed
         due = max(place + GUARD_RAD, foremost + CLEAR_STEPS * step)
         if due < -swept.new_rad - SLACK_STEPS * step or not (swept.sweep.ends or past):
             return False
         north, east = _place(echo, swept.head)
         near_m = max(echo.radius_m, 2.0 * step * echo.range_m)
-        if any(math.hypot(north - n, east - e) < near_m for n, e, _ in self._told):
+        if any(math.hypot(north - n, east - e) < near_m for n, e, _ in self._reported):
             return False
-        self._told.append((north, east, self._lines[-1].number))
+        self._reported.append((north, east, self._lines[-1].number))
         return True
 
 
@@ -217,14 +217,14 @@ def _checked(ping: Ping) -> Sweep:
     """Return the sweep of a ping that makes sense. Raises PingError."""
     sweep = ping.sweep
     if sweep is None or not sweep.step_rad > 0.0 or len(ping.beam_t_ns) != ping.beams != 0:
-        raise PingError("sweep: no step, or not a time for each beam")
+        raise PingError("sweep: the step or the times of the beams are missing")
     low, high = sweep.bearing_min_rad, sweep.bearing_max_rad
     if len(ping.bearing_rad) != ping.beams or not -HALF_TURN <= low <= high <= HALF_TURN:
-        raise PingError("sweep: bearings that are none")
+        raise PingError("sweep: the bearings are invalid")
     if max(ping.bearing_rad) - min(ping.bearing_rad) > WIDEST_RAD:
         raise PingError(f"sweep: beams over more than {math.degrees(WIDEST_RAD):.0f} degrees in one ping")
     if ping.planes != 1 or ping.no_data:
-        raise PingError("sweep: beams of one plane, each with data, are wanted")
+        raise PingError("sweep: only beams of one plane, all with data, are supported")
     return sweep
 
 

@@ -11,7 +11,7 @@ from ods.pipeline.settings import PipelineSettings
 
 _BEAMS, _SAMPLES = 64, 512
 _PINGS = 3
-"""So many, at least, to stages that compare pings."""
+"""Least number of pings for stages that compare them."""
 _LEARNT_CELLS = 200_000
 
 

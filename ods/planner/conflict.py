@@ -13,7 +13,7 @@ from ods.planner.paths import Paths
 from ods.planner.settings import SteeringSettings
 
 HIT = 100.0
-"""A path through an obstacle itself is so many times worse than one too near to it."""
+"""Factor by which a path through an obstacle is worse than one too near to it."""
 LIKELIEST = 0.999999
 FAR_S = 1000.0
 """Beyond every horizon."""
@@ -38,12 +38,12 @@ def conflict(paths: Paths, obstacles: Sequence[Obstacle], age_s: float, settings
     than the risk needs no distance, nor does one that an operator said to ignore. `age_s`: time since the list's
     `t_ns`.
     """
-    told = _courses(obstacles, paths, age_s, settings)
-    if not len(told.places):
+    courses = _courses(obstacles, paths, age_s, settings)
+    if not len(courses.places):
         return np.zeros(len(paths.heading_rad))
-    offset = paths.places[:, None] - told.places
-    edge = np.sqrt(np.einsum("...i,...i", offset, offset)) - (told.radius_m + settings.vehicle_radius_m)
-    lack = np.maximum(settings.keep_m + told.spread_m - edge, 0.0)
+    offset = paths.places[:, None] - courses.places
+    edge = np.sqrt(np.einsum("...i,...i", offset, offset)) - (courses.radius_m + settings.vehicle_radius_m)
+    lack = np.maximum(settings.keep_m + courses.spread_m - edge, 0.0)
     badness = lack * lack * np.where(edge < 0.0, HIT, 1.0)
     return np.asarray(badness.max(axis=1) @ np.diff(paths.t_s, prepend=0.0))
 
@@ -91,10 +91,10 @@ def _sigma_m(obstacle: Obstacle, lead_s: Floats) -> Floats:
     north, east = obstacle.sigma_position[:2]
     now = math.sqrt(0.5 * (north**2 + east**2) + math.hypot(0.5 * (north**2 - east**2), obstacle.covariance_ne))
     leads, sigmas = [0.0], [now]
-    for told in obstacle.predicted:
-        if told.lead_s > leads[-1]:
-            leads.append(told.lead_s)
-            sigmas.append(max(told.sigma_position[:2]))
+    for predicted in obstacle.predicted:
+        if predicted.lead_s > leads[-1]:
+            leads.append(predicted.lead_s)
+            sigmas.append(max(predicted.sigma_position[:2]))
     growth = max(obstacle.sigma_velocity[:2])
     if len(leads) > 1:
         growth = max(0.0, (sigmas[-1] - sigmas[-2]) / (leads[-1] - leads[-2]))

@@ -27,7 +27,7 @@ UNKNOWN_M = 1.0
 CHANGE_M = 0.5
 """What a change of the set heading by 1 rad is worth, m of way: else it sways between two ways round."""
 BEYOND = 1.0
-"""Paths are judged by how near they come to a point on the straight way, so many times as far as they reach."""
+"""Paths are judged by their distance to a point on the straight way, at this multiple of their length."""
 DRIFT_S = 10.0
 """The water's velocity is a mean over about this time."""
 
@@ -58,7 +58,7 @@ class Planner:
         self._last = SetPoint(heading_rad, settings.slow_m_s, way_points[0][2], valid=False)
         self._heading_rad, self._speed = heading_rad, settings.slow_m_s
         self._drift = np.zeros(2)
-        self._told: ObstacleList | None = None
+        self._list: ObstacleList | None = None
         """The newest list that has the vehicle's pose."""
         self._clearance: Clearance | None = None
         self._valid_ns: int | None = None
@@ -67,12 +67,12 @@ class Planner:
         self._came_from_rad: float | None = None
         """Back to there, while the list is not valid; None: it is."""
 
-    def hear(self, told: ObstacleList, clearance: Clearance | None) -> None:
+    def hear(self, latest: ObstacleList, clearance: Clearance | None) -> None:
         """Take in a list and what goes with it."""
-        if told.pose is not None:
-            self._told = told
-            if told.valid or self._valid_ns is None:
-                self._valid_ns = told.t_ns
+        if latest.pose is not None:
+            self._list = latest
+            if latest.valid or self._valid_ns is None:
+                self._valid_ns = latest.t_ns
         self._clearance = clearance
 
     def steer(self, now_ns: int) -> SetPoint:
@@ -81,32 +81,32 @@ class Planner:
         self._steered_ns = now_ns
         change = self.settings.acceleration_m_s2 * elapsed_s
         self._speed += min(max(self._last.speed_m_s - self._speed, -change), change)
-        if self._told is not None:
-            self._last = self._next(self._told, now_ns, elapsed_s)
+        if self._list is not None:
+            self._last = self._next(self._list, now_ns, elapsed_s)
         return self._last
 
     def direct(self, now_ns: int) -> Paths:
         """Return the one path straight to the way-point: what would be done with nothing in the way."""
-        assert self._told is not None
-        now = self._motion(self._told, now_ns)
+        assert self._list is not None
+        now = self._motion(self._list, now_ns)
         heading = np.array([self._bearing(now)])
         return paths_of(now, heading, self.settings.cruise_m_s, self.settings, self._until_s(now))
 
-    def _next(self, told: ObstacleList, now_ns: int, elapsed_s: float) -> SetPoint:
+    def _next(self, latest: ObstacleList, now_ns: int, elapsed_s: float) -> SetPoint:
         settings = self.settings
-        self._follow_drift(told, elapsed_s)
-        now = self._motion(told, now_ns)
+        self._follow_drift(latest, elapsed_s)
+        now = self._motion(latest, now_ns)
         arrived = self._passed(now)
         assert self._valid_ns is not None
         since_s = (now_ns - self._valid_ns) / NS
-        valid = told.valid and since_s <= settings.stale_s
+        valid = latest.valid and since_s <= settings.stale_s
         if valid:
             self._came_from_rad = None
         elif self._came_from_rad is None:
             self._came_from_rad = now.heading_rad + math.pi
         desperate = not valid and since_s > settings.not_valid_after_s
         back = self._came_from_rad if desperate and settings.not_valid == "turn" else None
-        heading, speed, avoiding = self._course(now, told, now_ns, back)
+        heading, speed, avoiding = self._course(now, latest, now_ns, back)
         if not valid:
             speed = settings.slow_m_s
         down = self._ahead[0][2]
@@ -114,9 +114,9 @@ class Planner:
             down = min(down, settings.climb_to_m)
         return SetPoint(heading, speed, down, avoiding, valid, arrived)
 
-    def _course(self, now: Motion, told: ObstacleList, now_ns: int, back: float | None) -> tuple[float, float, bool]:
+    def _course(self, now: Motion, latest: ObstacleList, now_ns: int, back: float | None) -> tuple[float, float, bool]:
         """Return the best heading and speed, and whether something is in the way."""
-        settings, age_s = self.settings, (now_ns - told.t_ns) / NS
+        settings, age_s = self.settings, (now_ns - latest.t_ns) / NS
         wanted = self._bearing(now) if back is None else back
         around = np.arange(settings.headings) * (2.0 * math.pi / settings.headings)
         headings = wrap_angle(wanted + around)
@@ -125,7 +125,7 @@ class Planner:
         avoiding = False
         for speed in (settings.cruise_m_s, settings.slow_m_s):
             paths = paths_of(now, headings, speed, settings, self._until_s(now))
-            bad = conflict(paths, told.obstacles, age_s, settings)
+            bad = conflict(paths, latest.obstacles, age_s, settings)
             unknown = unknown_m(paths.places, self._clearance, settings.look_m)
             cost = CONFLICT_M * bad + UNKNOWN_M * unknown + self._way(paths, now, back)
             cost += CHANGE_M * np.abs(wrap_angle(headings - self._last.heading_rad))
@@ -148,17 +148,17 @@ class Planner:
         away_m = np.hypot(offset[..., 0], offset[..., 1])
         return np.asarray(away_m @ np.diff(paths.t_s, prepend=0.0) / paths.t_s[-1])
 
-    def _motion(self, told: ObstacleList, now_ns: int) -> Motion:
-        assert told.pose is not None
-        velocity = np.array(told.pose.velocity_ned[:2])
-        place = np.array(told.pose.position_ned[:2]) + velocity * ((now_ns - told.t_ns) / NS)
-        return Motion(place, _heading_of(told), self._speed, self._drift)
+    def _motion(self, latest: ObstacleList, now_ns: int) -> Motion:
+        assert latest.pose is not None
+        velocity = np.array(latest.pose.velocity_ned[:2])
+        place = np.array(latest.pose.position_ned[:2]) + velocity * ((now_ns - latest.t_ns) / NS)
+        return Motion(place, _heading_of(latest), self._speed, self._drift)
 
-    def _follow_drift(self, told: ObstacleList, elapsed_s: float) -> None:
-        assert told.pose is not None
-        heading = _heading_of(told)
+    def _follow_drift(self, latest: ObstacleList, elapsed_s: float) -> None:
+        assert latest.pose is not None
+        heading = _heading_of(latest)
         through = self._speed * np.array([math.cos(heading), math.sin(heading)])
-        seen = np.array(told.pose.velocity_ned[:2]) - through
+        seen = np.array(latest.pose.velocity_ned[:2]) - through
         self._drift = self._drift + min(1.0, elapsed_s / DRIFT_S) * (seen - self._drift)
 
     def _bearing(self, now: Motion) -> float:
@@ -169,7 +169,7 @@ class Planner:
         return bearing - math.asin(min(1.0, max(-1.0, across / self.settings.cruise_m_s)))
 
     def _until_s(self, now: Motion) -> float:
-        """Return how far to look ahead: what lies behind the last way-point is in nobody's way."""
+        """Return the time to look ahead, s: obstacles behind the last way-point do not count."""
         if len(self._ahead) > 1:
             return math.inf
         away = math.hypot(*(np.array(self._ahead[0][:2]) - now.place).tolist())
@@ -186,7 +186,7 @@ class Planner:
         return False
 
 
-def _heading_of(told: ObstacleList) -> float:
-    assert told.pose is not None
-    w, x, y, z = told.pose.attitude
+def _heading_of(latest: ObstacleList) -> float:
+    assert latest.pose is not None
+    w, x, y, z = latest.pose.attitude
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -8,7 +8,7 @@ from ods.planner.settings import PlannerConfig
 from ods.runtime.service import Service, StartError, Worker
 
 PERIOD_NS = round(0.2 * clock.NS)
-"""A set point goes out at each list, and at least so often."""
+"""Longest period of set points, ns; one is also sent at each list."""
 
 
 class PlannerWorker(Worker[PlannerConfig]):
@@ -21,7 +21,7 @@ class PlannerWorker(Worker[PlannerConfig]):
     def __init__(self, service: Service, settings: PlannerConfig) -> None:
         super().__init__(service, settings)
         if settings.planner is None:
-            raise StartError("planner: missing: `way_points` says where to go")
+            raise StartError("planner: missing: set `way_points`, the vehicle's route")
         wanted = settings.planner
         self._planner = Planner(wanted.steering, wanted.way_points)
         self._stale_ns = round(wanted.steering.stale_s * clock.NS)
@@ -85,7 +85,7 @@ class PlannerWorker(Worker[PlannerConfig]):
         self.service.counters["not_valid"] += not wanted.valid
 
     def problems(self) -> list[str]:
-        """Say why it steers by no valid list, and what is wrong with CAN."""
+        """Return why there is no valid list to steer by, and the problems of CAN, a text each."""
         found = []
         silent_ns = clock.monotonic_ns() - self._heard_ns
         if silent_ns > self._stale_ns:

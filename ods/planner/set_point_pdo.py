@@ -18,7 +18,7 @@ class SetPointPdo(NamedTuple):
 
     can_id: int
     deadline_s: float
-    """With no set point for so long the vehicle stops: the RPDO's event timer [CiA 301]."""
+    """Time without a set point after which the vehicle stops: the RPDO's event timer [CiA 301]."""
     layout: struct.Struct
     """Of heading, speed, down,"""
     factors: tuple[float, ...]

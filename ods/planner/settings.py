@@ -33,12 +33,12 @@ class SteeringSettings(Settings, frozen=True):
     risk: Annotated[float, msgspec.Meta(gt=0.0, lt=0.5)] = 0.01
     """Highest probability, of each obstacle at each instant, that this distance is not kept."""
     certain_s: NonNegativeSeconds = 3.0
-    """So far ahead the risk holds as it is, s: what lies there cannot be put right later."""
+    """Time ahead within which a risk counts fully, s: it cannot be corrected later."""
     expected_s: Seconds = 10.0
     """From `certain_s` on less and less of the standard deviations counts, and from here on, s, none: newer lists come
     before, and places are taken as expected."""
     horizon_s: Annotated[float, msgspec.Meta(gt=1.0, le=300.0)] = 30.0
-    """Paths are looked at so far ahead, s."""
+    """Time ahead for which paths are judged, s."""
     headings: Annotated[int, msgspec.Meta(ge=8, le=360)] = 60
     """Headings that are tried, all around."""
     look_m: Positive = 20.0

@@ -51,7 +51,8 @@ def add_style(parser: ArgumentParser) -> None:
 
 
 def refuse_undrawable(*pictures: Path | None) -> None:
-    """Raise OdsError, one line, for the first whose ending tells no format that can be drawn; None is not wanted."""
+    """Raise OdsError, one line, for the first whose ending is not that of a format that can be drawn; None is not
+    wanted."""
     for picture in filter(None, pictures):
         from matplotlib.backend_bases import FigureCanvasBase  # an extra, which only pictures need
 

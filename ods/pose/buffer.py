@@ -115,7 +115,7 @@ class PoseBuffer:
         """Return the pose at `t_ns`, or None when no pose is near enough.
 
         Between two poses it is interpolated. Outside, and in a gap longer than the extrapolation limit, the nearest
-        pose is carried on at its velocity and, ahead in time, its rate of turn, with growing uncertainty.
+        pose is extrapolated at its velocity and, ahead in time, its rate of turn, with growing uncertainty.
         """
         times = self._times
         after = bisect_left(times, t_ns)

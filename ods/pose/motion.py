@@ -12,7 +12,7 @@ from ods.messages import Pose
 LONGEST_STEP_S = 1.0
 """Between two poses whose places are compared; a velocity reports little about more."""
 SLACK_M, SLACK = 1.0, 0.3
-"""Distances may differ by so much, and by this share of the longer one, beside the position's standard deviation."""
+"""Allowed difference of distances, m, and as a share of the longer one, besides the position's standard deviation."""
 UNITS = {3.6: "km/h", 1.944: "knots", 3.281: "ft/s", 100.0: "cm/s", 1000.0: "mm/s"}
 """How many of each are one m/s."""
 NEAR_UNIT = 0.1
@@ -37,7 +37,7 @@ class PoseMotion:
             self._sigma_m = max(later.sigma_position_ned)
 
     def disagreement(self) -> str:
-        """Say how places and velocities differ, and what to look at; "" where they do not."""
+        """Return how places and velocities differ, and what to look at; "" where they do not."""
         moved_m, told_m = float(np.linalg.norm(self._moved)), float(np.linalg.norm(self._told))
         if np.linalg.norm(self._moved - self._told) <= SLACK_M + self._sigma_m + SLACK * max(moved_m, told_m):
             return ""

@@ -1,6 +1,6 @@
 """UTC as the tracker stamps with it: that of the poses, so that a list and the map have one.
 
-A step of UTC (a clock that is set, an INS that begins to tell it) changes no order in time and no age: what was stamped
+A step of UTC (a clock that is set, an INS that begins to send it) changes no order in time and no age: what was stamped
 since the tracker started moves with it, what is of earlier missions does not.
 """
 
@@ -30,7 +30,7 @@ class VehicleUtc:
     """UTC of instants of CLOCK_MONOTONIC."""
 
     def __init__(self, started_ns: int, ahead_ns: int, source: UtcSource) -> None:
-        """Begin with this computer's clock, which is so far ahead of CLOCK_MONOTONIC."""
+        """Begin with this computer's clock, which is this far ahead of CLOCK_MONOTONIC."""
         self.source = source
         self.started_ns = started_ns
         self.ahead_ns = self._told_ns = ahead_ns

@@ -1,1 +1,1 @@
-"""What a running chain publishes, as files."""
+"""Recordings of what a running chain publishes."""

@@ -1,4 +1,4 @@
-"""What a recording tells of computer and program: replay gives the same bytes on the same ones only."""
+"""Facts about computer and program in a recording: replay gives the same bytes only on the same ones."""
 
 import hashlib
 import platform
@@ -41,7 +41,7 @@ def boot_id() -> str:
 
 
 def _cpu() -> dict[str, str]:
-    """Return what the kernel tells of the first core."""
+    """Return the kernel's description of the first core."""
     try:
         first = CPU.read_text().split("\n\n")[0]
     except OSError:

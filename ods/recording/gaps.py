@@ -1,4 +1,4 @@
-"""What a recording misses, by the sequence numbers of its messages."""
+"""Gaps of a recording, by the sequence numbers of its messages."""
 
 from collections import Counter
 
@@ -7,7 +7,7 @@ from ods.runtime import bus
 
 
 class Gaps:
-    """Counts messages that were published and did not come, by topic; a publisher that begins anew leaves no gap.
+    """Counts messages that were published and did not come, by topic; a publisher that restarts leaves no gap.
 
     Health has a sequence for each process. Requests and answers have none.
     """

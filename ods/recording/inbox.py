@@ -1,4 +1,4 @@
-"""What waits for the disk: a queue of messages, bounded by their bytes, between the bus and the thread that writes."""
+"""Messages that wait for the disk: a queue, bounded by their bytes, between the bus and the thread that writes."""
 
 import threading
 from collections import deque
@@ -36,7 +36,7 @@ class Inbox:
             self._changed.notify()
 
     def take(self, within_s: float) -> list[Received]:
-        """Return what waits, as soon as there is any; nothing after so long, or when it is closed."""
+        """Return the waiting messages as soon as there are any; none after this time, or when it is closed."""
         with self._changed:
             if not self._waiting and not self._closed:
                 self._changed.wait(within_s)

@@ -47,11 +47,11 @@ def _mend_segment(path: Path) -> None:
     if finished:
         _look_through(recording, path)
     if finished and not recording.losses:
-        print(f"{path}: is complete")
+        print(f"{path}: is complete already")
         return
     messages, losses, kept = rewrite(path)
     lost = "".join(f", {name} {count}" for name, count in sorted(losses.items()))
-    print(f"{path}: complete, {messages} messages{lost}{f'; as it was: {kept}' if kept else ''}")
+    print(f"{path}: complete, {messages} messages{lost}{f'; original kept as {kept}' if kept else ''}")
 
 
 def _look_through(recording: Recording, path: Path) -> None:
@@ -64,7 +64,7 @@ def _look_through(recording: Recording, path: Path) -> None:
 
 
 def _has_whole_summary(path: Path) -> bool:
-    """Return whether the index at a segment's end has the checksum that its footer tells; one without any counts."""
+    """Return whether the index at a segment's end has the checksum of its footer; one without counts too."""
     with opened(path) as file:
         footer_at = file.seek(-(RECORD.size + FOOTER.size + len(MAGIC)), os.SEEK_END)
         opcode, length = RECORD.unpack(file.read(RECORD.size))

@@ -52,7 +52,9 @@ def record_s7k(path: Path, run_dir: Path, origin_deg: tuple[float, float], secon
         raise RecordingError(f"{path}: {error.strerror}" + (f"; kept: {kept}" if kept else "")) from error
     if not any(recorder.counters[what] for what in WRITTEN):
         path.unlink()
-        raise RecordingError(f"nothing to record came from {run_dir}: does `ods run` run with this configuration?")
+        raise RecordingError(
+            f"nothing to record was received from {run_dir}: does `ods run` run with this configuration?"
+        )
     print(f"{path}: {kept}")
 
 
@@ -82,7 +84,7 @@ def _follow(recorder: Recorder, writer: S7kWriter, path: Path, run_dir: Path, se
 
 
 class _Every:
-    """Tells when something that is done once a period is due."""
+    """Decides when something that is done once a period is due."""
 
     def __init__(self, period_s: float, begun_ns: int) -> None:
         self._period_ns = round(period_s * clock.NS)

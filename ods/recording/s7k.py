@@ -68,7 +68,7 @@ class Recorder:
         return message.t_ns + self._ahead_ns
 
     def _follow(self, what: str, seq: int) -> bool:
-        """Count a gap in a sequence; return whether it began anew, as its publisher did."""
+        """Count a gap in a sequence; return whether it restarted, as its publisher did."""
         last = self._last_seq.get(what, seq)
         self._last_seq[what] = seq
         if seq > last + 1:
@@ -92,7 +92,7 @@ class Recorder:
             return
         self._last_period = period
         latitude, longitude, height = self._frame.geodetic(pose.position_ned)
-        at_place = conjugate(self._frame.turn_at(pose.position_ned))  # a heading is told from true north there
+        at_place = conjugate(self._frame.turn_at(pose.position_ned))  # a heading is relative to true north there
         roll, pitch, yaw = euler_from_quat(product(at_place, pose.attitude))
         numbers = (np.radians(latitude), np.radians(longitude), height, roll, pitch, yaw)
         try:
@@ -107,7 +107,7 @@ class Recorder:
 
     def _take_obstacles(self, picture: ObstacleList, utc_ns: int) -> None:
         if self._follow("lists", picture.seq):
-            self._known.clear()  # another tracker, which may give the same ids anew
+            self._known.clear()  # another tracker, which may give the same ids again
         changes = [
             (obstacle, change) for obstacle in picture.obstacles if (change := self._change(obstacle)) is not None
         ]
@@ -123,7 +123,7 @@ class Recorder:
             self._write_contact(obstacle, contact, utc_ns)
 
     def _change(self, obstacle: Obstacle) -> Change | None:
-        """Say what is new since the last record of an obstacle; None: nothing."""
+        """Return what is new since the last record of an obstacle; None: nothing."""
         known = self._known.get(obstacle.id)
         if obstacle.state == "terminated":
             return Change.DELETED if known else None
@@ -165,7 +165,7 @@ class Recorder:
 
 
 def _describe(obstacle: Obstacle) -> str:
-    """Say what record 3001 has no field for, in at most 127 characters."""
+    """Return what record 3001 has no field for, in at most 127 characters."""
     north, east, down = obstacle.sigma_position
     v_north, v_east, v_down = obstacle.velocity_ned
     return (

@@ -26,12 +26,12 @@ NUMBERED = ("ping", "pose", "detections", "obstacles", "clearance", "truth", "ve
 """Topics whose messages have a `seq`."""
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 LOOK_S = 1.0
-"""Between attempts while the disk is full, and between looks at its room."""
+"""Between attempts while the disk is full, and between checks of its free space, s."""
 LONGEST_MAP_BYTES = 32_000_000
 WAIT_S = 0.5
 
 
-class Scribe(threading.Thread):
+class RecordingWriter(threading.Thread):
     """Writes what the inbox holds until it is closed; says in `problem` what hinders it.
 
     `counters`: see those of `record` in the counter table.
@@ -70,7 +70,8 @@ class Scribe(threading.Thread):
         self._sync.stop()
 
     def _end(self) -> None:
-        """Complete the file, even if that is all that can be done: what hindered the last write is still to be told."""
+        """Complete the file, even if that is all that can be done: the error of the last write is still to be
+        reported."""
         if self._session:
             try:
                 self._session.finish()
@@ -99,7 +100,7 @@ class Scribe(threading.Thread):
             self._failed(error)
             return False
         if self.problem:
-            log.info("recording goes on")
+            log.info("%s: recording continues", self.path)
         self.problem = ""
         return True
 
@@ -108,7 +109,7 @@ class Scribe(threading.Thread):
         where = self.path or self._settings.out or self._settings.record.folder
         full, rule = error.errno in FULL, self._settings.record.when_full
         self._stopped = full and rule == "stop"
-        problem = f"{where}: {reason_of(error)}: not recorded" + (", stopped for good" if self._stopped else "")
+        problem = f"{where}: {reason_of(error)}: not recorded" + (", stopped until restart" if self._stopped else "")
         if not self.problem:
             log.error("%s", problem)
         self.problem = problem
@@ -135,14 +136,15 @@ class Scribe(threading.Thread):
         self._opened()
 
     def _opened(self) -> Session:
-        """Return the session, begun with the configuration and the map as they are now; anew if its folder is gone."""
+        """Return the session, begun with the configuration and the map as they are now; a new one if its folder is
+        gone."""
         if self._session and self._session.folder.is_dir():
             return self._session
         self._leave()
         settings = self._settings
         folder = settings.out or (new_folder(settings.record.folder) if settings.record.folder else None)
         if folder is None:
-            raise OSError(errno.ENOENT, "no folder")
+            raise OSError(errno.ENOENT, "record.folder is not set")
         folder.mkdir(parents=True, exist_ok=True)
         about = facts(settings.text)
         map_image = self._map_image(about)
@@ -156,13 +158,13 @@ class Scribe(threading.Thread):
     def _leave(self) -> None:
         """Give up a recording whose folder was moved, removed or unmounted; where its file still is, it can be read."""
         if self._session:
-            log.warning("%s is gone: another recording is begun", self._session.folder)
+            log.warning("%s was removed: starting another recording", self._session.folder)
             with suppress(OSError):
                 self._session.abandon()
             self._session = None
 
     def _map_image(self, about: dict[str, str]) -> bytes:
-        """Return the map's file, b"" where there is none; tell in `about` why it is left out."""
+        """Return the map's file, b"" where there is none; state in `about` why it is left out."""
         path = self._settings.tracker.map.path
         if path is None:
             return b""

@@ -6,12 +6,12 @@ import signal
 from ods.base import clock
 from ods.recording.errors import RecordingError
 from ods.recording.inbox import Inbox, Received
-from ods.recording.scribe import Scribe
+from ods.recording.scribe import RecordingWriter
 from ods.recording.settings import RecordConfig
 from ods.runtime.service import Service, Worker
 
 STALLED_NS = 3 * clock.NS
-"""A disk that holds a write up for longer is told of."""
+"""Duration of a write from which on the disk is reported as slow, s."""
 AT_THE_END_S = 1.2
 """For the disk to take what waits; the supervisor gives 1.5 s."""
 
@@ -23,7 +23,7 @@ class RecordWorker(Worker[RecordConfig]):
         super().__init__(service, settings)
         self._inbox = Inbox(round(settings.record.queue_mb * 1e6))
         self._ending = False
-        self.scribe = Scribe(settings, self._inbox, lambda: self._ending)
+        self.scribe = RecordingWriter(settings, self._inbox, lambda: self._ending)
         self._round: list[Received] = []
         seconds = settings.seconds
         self._end_ns = None if seconds is None else clock.monotonic_ns() + round(seconds * clock.NS)
@@ -49,7 +49,7 @@ class RecordWorker(Worker[RecordConfig]):
         return self.scribe.folder is not None
 
     def problems(self) -> list[str]:
-        """Say why nothing is written, and that messages were lost."""
+        """Return why nothing is written, and that messages were lost."""
         counters = self.service.counters
         counters.update({name: count - counters[name] for name, count in dict(self.scribe.counters).items()})
         counters["dropped_messages"] = self.scribe.counters["dropped_messages"] + self._inbox.dropped

@@ -41,4 +41,4 @@ class RecordConfig(Settings, frozen=True):
     out: Path | None = None
     """Folder for this recording alone, instead of one in `record.folder`."""
     seconds: float | None = None
-    """End by itself after so long."""
+    """End by itself after this time."""

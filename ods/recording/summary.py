@@ -1,4 +1,4 @@
-"""What a recording holds, as numbers: topics, rates, gaps, sizes, processes, and the faults that these told of."""
+"""Summary of a recording in numbers: topics, rates, gaps, sizes, processes, and the faults that these reported."""
 
 import re
 from collections import Counter
@@ -14,7 +14,7 @@ from ods.recording.mcap.session import is_finished
 from ods.runtime import bus
 
 LONGEST_TEXT, MOST_TOLD = 300, 1000
-"""Characters of a fault, and how many faults and processes are told of: a hostile file has millions."""
+"""Characters of a fault, and the numbers of faults and processes that are listed: a hostile file has millions."""
 NUMBER = re.compile(r"\d+(\.\d+)?")
 
 

@@ -27,10 +27,10 @@ from ods.tracker.settings import TrackerConfig
 from ods.tracker.veto.vetoes import RefusedError
 
 PATIENCE_NS = 2 * NS
-"""A ping that the recorder heard of so much later than of its detections, or never, is missing."""
+"""A ping received this much later than its detections, or never, counts as missing."""
 
 STARTED_NS = NS
-"""A tracker starts no more than so long before the first ping that it lists: what it stamps lies behind its start, what
+"""A tracker starts at most this time before the first ping that it lists: what it stamps lies behind its start, what
 is in the map before it."""
 
 
@@ -100,7 +100,7 @@ class PipelineAgain:
             self._processor = PingProcessor(self._settings)
             self._poses.begin()
         for pose in self._poses.until(found, recorded.log_ns):
-            self._processor.hear_pose(pose)
+            self._processor.add_pose(pose)
         try:
             return self._processor.process(ping)
         except (PingError, StageError):
@@ -117,7 +117,7 @@ class TrackerAgain:
     """The tracker once more, over given detections.
 
     `counters`: missing_detections, missing_lists, missing_poses, tracker_restarts (those that went on where the former
-    one was), tracker_anew (those that did not, as far as lists tell).
+    one was), tracker_anew (those that did not, as far as lists show).
     """
 
     def __init__(self, recording: Recording, config: OnboardConfig, counters: "Counter[str]") -> None:
@@ -138,29 +138,29 @@ class TrackerAgain:
         """Yield each list, as recorded and once more. Raises RecordingError, PluginError."""
         found = DetectionsStream(detections)
         for recorded in self._recording.messages(["obstacles"]):
-            told = message_of(self._recording, recorded)
-            if isinstance(told, ObstacleList):
-                yield ListPair(told, recorded.data, self._again(told, found))
+            original = message_of(self._recording, recorded)
+            if isinstance(original, ObstacleList):
+                yield ListPair(original, recorded.data, self._again(original, found))
         self.counters["missing_poses"] += self._poses.missing
 
-    def _again(self, told: ObstacleList, found: DetectionsStream) -> ObstacleList | None:
-        tracker = self._tracker_of(told)
-        for pose in self._poses.until(told, told.made_ns):
-            tracker.hear_pose(pose)
-        for report in self._health.until(told.made_ns):
-            tracker.hear_health(report)
-        for order in self._orders.until(told.made_ns):
+    def _again(self, original: ObstacleList, found: DetectionsStream) -> ObstacleList | None:
+        tracker = self._tracker_of(original)
+        for pose in self._poses.until(original, original.made_ns):
+            tracker.add_pose(pose)
+        for report in self._health.until(original.made_ns):
+            tracker.add_health(report)
+        for order in self._orders.until(original.made_ns):
             self._follow(tracker, order)
-        self.counters["missing_lists"] += max(0, told.seq - tracker.seq)
-        tracker.seq = told.seq
-        tracker.follow_utc(told.made_ns)
-        if told.ping_number < 0:
-            return tracker.silent_list(told.made_ns)
-        of_ping = found.of(told.t_ns)
+        self.counters["missing_lists"] += max(0, original.seq - tracker.seq)
+        tracker.seq = original.seq
+        tracker.follow_utc(original.made_ns)
+        if original.ping_number < 0:
+            return tracker.silent_list(original.made_ns)
+        of_ping = found.of(original.t_ns)
         if of_ping is None:
             self.counters["missing_detections"] += 1
             return None
-        answer = tracker.track(of_ping, told.made_ns)
+        answer = tracker.track(of_ping, original.made_ns)
         return None if answer is None else answer.message
 
     def _follow(self, tracker: MissionTracker, order: VetoOrder) -> None:
@@ -170,31 +170,31 @@ class TrackerAgain:
         except RefusedError:
             self.counters["refused_orders"] += 1
 
-    def _tracker_of(self, told: ObstacleList) -> MissionTracker:
-        """Return the tracker that made a list: one whose lists begin anew took over from the former one."""
+    def _tracker_of(self, original: ObstacleList) -> MissionTracker:
+        """Return the tracker that made a list: one whose lists restart took over from the former one."""
         former = self._tracker
-        if former is not None and told.seq >= former.seq:
+        if former is not None and original.seq >= former.seq:
             return former
         first_id = self._lives.popleft().first_id
-        utc = VehicleUtc(told.t_ns - STARTED_NS, told.utc_ns - told.t_ns, told.utc_source)
+        utc = VehicleUtc(original.t_ns - STARTED_NS, original.utc_ns - original.t_ns, original.utc_source)
         watches = PROCESSES["tracker"].watches
         tracker = MissionTracker(
-            self._settings, InputMonitor(told.made_ns, watches, lambda _: ""), utc, first_id=first_id
+            self._settings, InputMonitor(original.made_ns, watches, lambda _: ""), utc, first_id=first_id
         )
-        if former is not None and _goes_on(told, former):
+        if former is not None and _goes_on(original, former):
             self.counters["tracker_restarts"] += 1
             left: Mission = msgspec.msgpack.decode(msgspec.msgpack.encode(former.state([], [])), type=Mission)
             tracker.restore(left, left.map_changes.put, reserved_id(former.tracker.next_id))
         else:
             self.counters["tracker_anew"] += former is not None
-            tracker.seq = told.seq
+            tracker.seq = original.seq
             tracker.tracker.join(self._known, first_id)
         self._poses.begin()
         self._tracker = tracker
         return tracker
 
 
-def _goes_on(told: ObstacleList, former: MissionTracker) -> bool:
+def _goes_on(original: ObstacleList, former: MissionTracker) -> bool:
     """Return whether a new tracker's first list knows what the former tracker's objects were."""
-    live = {o.id for o in told.obstacles if o.state != "hibernated"}
+    live = {o.id for o in original.obstacles if o.state != "hibernated"}
     return bool(live & set(former.tracker.snapshot().id.tolist())) or not len(former.tracker.snapshot())

@@ -43,8 +43,8 @@ class Tally:
 
     def line(self) -> str:
         """Return the counts as one line."""
-        told = [f"{self.counts[verdict]} {verdict.value}" for verdict in Verdict if self.counts[verdict]]
-        return f"{self.counts.total()} {self.what}: {', '.join(told) or 'none'}"
+        verdicts = [f"{self.counts[verdict]} {verdict.value}" for verdict in Verdict if self.counts[verdict]]
+        return f"{self.counts.total()} {self.what}: {', '.join(verdicts) or 'none'}"
 
 
 class Result(NamedTuple):
@@ -87,7 +87,7 @@ def check(recording: Recording, config: OnboardConfig | None = None) -> Result:
 
 
 def other_here(recording: Recording) -> list[str]:
-    """Say what of computer and programs is not as it was."""
+    """Return the differences of computer and programs, a text each."""
     return differences(recording.metadata.get("ods", {}), facts(""))
 
 
@@ -97,7 +97,7 @@ def shown(pairs: Iterable[ListPair], count: int) -> Iterable[ListPair]:
     return progress(pairs, "replaying:", total=count, console=console, disable=not console.is_terminal)
 
 
-def tell(result: Result, path: Path) -> None:
+def report(result: Result, path: Path) -> None:
     """Print what a check found."""
     console = Console(highlight=False, soft_wrap=True)
     for tally in (result.detections, result.lists):

@@ -56,9 +56,9 @@ def _check(args: Namespace, recording: Recording) -> int:
 
         tell_differences(*compare_runs(recording, load(args.config, OnboardConfig)))
         return 0
-    from ods.replay.check import check, tell
+    from ods.replay.check import check, report
 
     result = check(recording)
     result.counters.update(recording.losses)
-    tell(result, args.recording)
+    report(result, args.recording)
     return 0 if result.holds else 1

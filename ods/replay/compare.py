@@ -55,19 +55,19 @@ def compare_detections(pair: DetectionsPair) -> Compared:
 
 def compare_lists(pair: ListPair) -> Compared:
     """Compare a list; one without a ping by its obstacles, as when it was made depends on the clock."""
-    told, again = pair.recorded, pair.again
+    original, again = pair.recorded, pair.again
     if again is None:
         return Compared(Verdict.NONE)
-    if _ENCODER.encode(again) == pair.data or (told.ping_number < 0 and again.obstacles == told.obstacles):
+    if _ENCODER.encode(again) == pair.data or (original.ping_number < 0 and again.obstacles == original.obstacles):
         return Compared(Verdict.SAME)
-    if again.reasons != told.reasons and _of_health(again.reasons) != _of_health(told.reasons):
-        judged = msgspec.structs.replace(again, valid=told.valid, reasons=told.reasons)
-        if _of_input(again.reasons) == _of_input(told.reasons) and _rounded(told, judged):
+    if again.reasons != original.reasons and _of_health(again.reasons) != _of_health(original.reasons):
+        judged = msgspec.structs.replace(again, valid=original.valid, reasons=original.reasons)
+        if _of_input(again.reasons) == _of_input(original.reasons) and _rounded(original, judged):
             return Compared(Verdict.SAME_BUT_HEALTH)
-    if _rounded(told, again) or (told.ping_number < 0 and _rounded(told.obstacles, again.obstacles)):
+    if _rounded(original, again) or (original.ping_number < 0 and _rounded(original.obstacles, again.obstacles)):
         return Compared(Verdict.ROUNDED)
-    where = f"list {told.seq}: {_first_difference(told, again)}"
-    return Compared(Verdict.NEAR if _near_lists(told, again) else Verdict.OTHER, where)
+    where = f"list {original.seq}: {_first_difference(original, again)}"
+    return Compared(Verdict.NEAR if _near_lists(original, again) else Verdict.OTHER, where)
 
 
 def _of_health(reasons: list[str]) -> list[str]:
@@ -78,36 +78,36 @@ def _of_input(reasons: list[str]) -> list[str]:
     return [reason for reason in reasons if reason.partition(":")[0] not in PROCESSES]
 
 
-def _rounded(told: object, again: object) -> bool:
+def _rounded(original: object, again: object) -> bool:
     """Return whether both say the same, numbers but for rounding."""
-    if isinstance(told, float) and isinstance(again, float):
-        return math.isclose(told, again, rel_tol=_ROUNDING, abs_tol=_ROUNDING**2)
-    if isinstance(told, msgspec.Struct) and type(told) is type(again):
-        return all(_rounded(getattr(told, name), getattr(again, name)) for name in told.__struct_fields__)
-    if isinstance(told, list | tuple) and isinstance(again, list | tuple):
-        return len(told) == len(again) and all(map(_rounded, told, again))
-    return told == again
+    if isinstance(original, float) and isinstance(again, float):
+        return math.isclose(original, again, rel_tol=_ROUNDING, abs_tol=_ROUNDING**2)
+    if isinstance(original, msgspec.Struct) and type(original) is type(again):
+        return all(_rounded(getattr(original, name), getattr(again, name)) for name in original.__struct_fields__)
+    if isinstance(original, list | tuple) and isinstance(again, list | tuple):
+        return len(original) == len(again) and all(map(_rounded, original, again))
+    return original == again
 
 
-def _near_detections(told: Detections, again: Detections) -> bool:
+def _near_detections(original: Detections, again: Detections) -> bool:
     return (
-        told.usable == again.usable
-        and _near_echoes(told.detections, again.detections)
-        and _near_echoes(told.faint, again.faint)
+        original.usable == again.usable
+        and _near_echoes(original.detections, again.detections)
+        and _near_echoes(original.faint, again.faint)
     )
 
 
-def _near_echoes(told: list[Detection], again: list[Detection]) -> bool:
-    return len(told) == len(again) and all(
+def _near_echoes(original: list[Detection], again: list[Detection]) -> bool:
+    return len(original) == len(again) and all(
         abs(a.range_m - b.range_m) <= NEAR_M
         and abs(a.radius_m - b.radius_m) <= NEAR_M
         and abs(a.bearing_rad - b.bearing_rad) <= NEAR_RAD
-        for a, b in zip(told, again, strict=True)
+        for a, b in zip(original, again, strict=True)
     )
 
 
-def _near_lists(told: ObstacleList, again: ObstacleList) -> bool:
-    here, there = ({(o.id, o.state): o for o in each.obstacles} for each in (told, again))
+def _near_lists(original: ObstacleList, again: ObstacleList) -> bool:
+    here, there = ({(o.id, o.state): o for o in each.obstacles} for each in (original, again))
     return here.keys() == there.keys() and all(
         abs(o.radius_m - there[key].radius_m) <= NEAR_M
         and all(abs(a - b) <= NEAR_M for a, b in zip(o.position_ned, there[key].position_ned, strict=True))
@@ -115,10 +115,10 @@ def _near_lists(told: ObstacleList, again: ObstacleList) -> bool:
     )
 
 
-def _first_difference(told: msgspec.Struct, again: msgspec.Struct) -> str:
+def _first_difference(original: msgspec.Struct, again: msgspec.Struct) -> str:
     """Name the first field that differs, with both values where they are short."""
-    for name in told.__struct_fields__:
-        a, b = getattr(told, name), getattr(again, name)
+    for name in original.__struct_fields__:
+        a, b = getattr(original, name), getattr(again, name)
         if a == b:
             continue
         if isinstance(a, list) and isinstance(b, list):

@@ -26,7 +26,7 @@ WARM_UP_S = 0.5
 
 
 Messages = Callable[[Collection[str]], Iterable[Recorded]]
-"""Gives the messages of some topics, as `Recording.messages` does; asked anew for each loop."""
+"""Gives the messages of some topics, as `Recording.messages` does; called again for each loop."""
 
 
 class ReplayError(OdsError):

@@ -3,19 +3,19 @@
 from collections.abc import Mapping
 
 COUNTS = ("version", "cpu_flags", "libc", "numpy")
-"""What has to be the same, of the facts that a recording tells of itself."""
+"""Facts of a recording that must be the same here."""
 _WORDS = {"cpu_flags": "type of CPU", "version": "version of ods"}
 
 
 def differences(recorded: Mapping[str, str], here: Mapping[str, str]) -> list[str]:
-    """Say in plain words what is not as it was; empty: bytes have to be the same."""
+    """Return the differences, a text each; empty: bytes have to be the same."""
     found = []
     for name in COUNTS:
         if recorded.get(name) == here.get(name):
             continue
         what = _WORDS.get(name, name)
         if name == "cpu_flags":
-            found.append(f"another {what}: {recorded.get('cpu') or 'not told'}, here {here.get('cpu') or 'not told'}")
+            found.append(f"another {what}: {recorded.get('cpu') or 'unknown'}, here {here.get('cpu') or 'unknown'}")
         else:
-            found.append(f"another {what}: {recorded.get(name) or 'not told'}, here {here.get(name) or 'not told'}")
+            found.append(f"another {what}: {recorded.get(name) or 'unknown'}, here {here.get(name) or 'unknown'}")
     return found

@@ -38,12 +38,12 @@ class Requests(Protocol):
 class Player:
     """Plays messages. `losses`: what could not be published, and how often."""
 
-    def __init__(self, line: Timeline, publish: Publish, requests: Requests, tell: Callable[[str], None]) -> None:
-        """`tell` gets a line of status now and then."""
+    def __init__(self, line: Timeline, publish: Publish, requests: Requests, report: Callable[[str], None]) -> None:
+        """`report` gets a line of status now and then."""
         self.losses: Counter[str] = Counter()
         self.published = 0
         self.paused = False
-        self._line, self._publish, self._requests, self._tell = line, publish, requests, tell
+        self._line, self._publish, self._requests, self._report = line, publish, requests, report
         self._steps = 0
         self._anew = True
         """The next message is due at once, whatever was before it."""
@@ -126,4 +126,4 @@ class Player:
         if now_ns - self._told_ns > STATUS_PERIOD_NS:
             self._told_ns = now_ns
             how = "paused" if self.paused else f"{self._line.speed:g} x"
-            self._tell(f"at {self._at_ns / NS:.1f} s, {how}, {self.published} messages")
+            self._report(f"at {self._at_ns / NS:.1f} s, {how}, {self.published} messages")

@@ -55,19 +55,19 @@ def recorded_map(recording: Recording) -> list[MapObject]:
 
 
 def tracker_lives(recording: Recording, known: Sequence[MapObject]) -> list[Life]:
-    """Return the tracker processes of a recording, one after the other: their lists count from 0 anew."""
+    """Return the tracker processes of a recording, one after the other: their lists each count from 0."""
     lives: list[Life] = []
     old, last_seq = {o.id for o in known}, -1
     first_id, lists = 0, 0
-    for _, told in messages_of(recording, "obstacles", ObstacleList):
-        if told.seq <= last_seq:
+    for _, recorded_list in messages_of(recording, "obstacles", ObstacleList):
+        if recorded_list.seq <= last_seq:
             lives.append(Life(lists, first_id or 1))
             first_id, lists = 0, 0
-        new = {o.id for o in told.obstacles} - old
+        new = {o.id for o in recorded_list.obstacles} - old
         if new and not first_id:
             first_id = min(new)
         old |= new
-        last_seq = told.seq
+        last_seq = recorded_list.seq
         lists += 1
     return [*lives, Life(lists, first_id or 1)]
 

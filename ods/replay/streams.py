@@ -12,7 +12,7 @@ from ods.recording.mcap.reader import Recorded, Recording
 MessageT = TypeVar("MessageT", bound=msgspec.Struct)
 
 SLACK_NS = NS
-"""The recorder may hear of a message later than who made use of it, by so much at most."""
+"""Longest time by which the recorder may receive a message later than its user."""
 
 
 class Stream(Generic[MessageT]):
@@ -26,7 +26,7 @@ class Stream(Generic[MessageT]):
     def take(self) -> MessageT:
         """Return the upcoming message, and go on."""
         if self.upcoming is None:
-            raise LookupError("there is no more")
+            raise LookupError("no more messages")
         _, message = self.upcoming
         self.upcoming = next(self._messages, None)
         return message
@@ -50,7 +50,7 @@ def message_of(recording: Recording, recorded: Recorded) -> msgspec.Struct | Non
 
 
 class PoseStream:
-    """Poses as a process heard them, by what it told of them in what it made: `poses_until` and `poses_heard`.
+    """Poses as a process received them, by `poses_until` and `poses_heard` in its messages.
 
     `missing`: how often the newest pose that it knew was not recorded.
     """

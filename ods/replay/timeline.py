@@ -38,9 +38,9 @@ class Timeline:
 
 
 def moved(message: msgspec.Struct, line: Timeline, recorded_offset_ns: int) -> msgspec.Struct:
-    """Return a message with all its times moved: fields named *_ns, of which 0 tells that there was none.
+    """Return a message with all its times moved: fields named *_ns, of which 0 means that there was none.
 
-    Raises ValueError for a time that no message can tell.
+    Raises ValueError for a time that no message can hold.
     """
     changes: dict[str, object] = {}
     for name in message.__struct_fields__:
@@ -55,5 +55,5 @@ def moved(message: msgspec.Struct, line: Timeline, recorded_offset_ns: int) -> m
         changes["obstacles"] = [moved(o, line, recorded_offset_ns) for o in message.obstacles]
     times = chain.from_iterable(value if isinstance(value, list) else [value] for value in changes.values())
     if any(isinstance(value, int) and abs(value) > FARTHEST_NS for value in times):
-        raise ValueError("a time out of all bounds")
+        raise ValueError("a time is out of bounds")
     return msgspec.structs.replace(message, **changes)

@@ -45,10 +45,10 @@ class Differences:
 
     def add(self, pair: ListPair) -> None:
         """Take both lists of one instant."""
-        told, again = pair.recorded, pair.again
-        self.begin_ns = told.t_ns if self.begin_ns is None else self.begin_ns
+        original, again = pair.recorded, pair.again
+        self.begin_ns = original.t_ns if self.begin_ns is None else self.begin_ns
         self.lists += 1
-        here = _noted(self.recorded, told)
+        here = _noted(self.recorded, original)
         there = _noted(self.now, again) if again is not None else []
         for a, b, apart in _pairs(here, there):
             self.recorded[a].partners[b] += 1
@@ -90,7 +90,7 @@ def tell_differences(differences: Differences, counters: "Counter[str]") -> None
     """Print the table of objects."""
     console = Console(highlight=False)
     rows = differences.rows()
-    table = Table("id recorded", "id now", "first told, s", "now, s", "")
+    table = Table("id recorded", "id now", "first listed, s", "now, s", "")
     for row in islice(rows, MOST_ROWS):
         table.add_row(*row)
     console.print(table)
@@ -107,11 +107,11 @@ def tell_differences(differences: Differences, counters: "Counter[str]") -> None
         console.print(", ".join(noted), soft_wrap=True)
 
 
-def _noted(seen: dict[int, Sighting], told: ObstacleList) -> list[Obstacle]:
+def _noted(seen: dict[int, Sighting], original: ObstacleList) -> list[Obstacle]:
     """Take note of the obstacles of a list, and return those that are in play."""
-    present = [o for o in told.obstacles if o.state != "terminated"]
+    present = [o for o in original.obstacles if o.state != "terminated"]
     for obstacle in present:
-        seen.setdefault(obstacle.id, Sighting(told.t_ns)).lists += 1
+        seen.setdefault(obstacle.id, Sighting(original.t_ns)).lists += 1
     return present
 
 

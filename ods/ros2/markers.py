@@ -13,7 +13,7 @@ from ods.ros2.messages import Messages
 MARKERS = "visualization_msgs/msg/MarkerArray"
 CYLINDER, LINE_LIST, ADD, DELETE_ALL = 3, 5, 0, 3
 LIFETIME_S = 1
-"""A marker that is not sent anew disappears after so long."""
+"""Time after which a marker that is not sent again disappears, s."""
 LEAST_SPEED_M_S = 0.1
 """Slower ones have no line."""
 AHEAD_S = 5.0

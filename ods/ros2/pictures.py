@@ -7,7 +7,7 @@ from ods.messages import Ping, frame_of, seen_from_above
 
 
 def within(ping: Ping, most_bytes: int) -> Ping:
-    """Return a ping of at most so many bytes, with longer samples where it has more; one sample a beam at least.
+    """Return a ping of at most this number of bytes, with longer samples where it has more; one sample a beam at least.
 
     A range image is shown from above. Raises ValueError when the samples do not fit their shape.
     """

@@ -1,1 +1,1 @@
-"""What makes a process of a worker: bus, life of a process, process table, supervisor."""
+"""Parts that make a process of a worker: bus, life of a process, process table, supervisor."""

@@ -25,7 +25,7 @@ class Backlog(Generic[MessageT]):
         self._last: tuple[int, int] | None = None
 
     def add(self, message: MessageT, seq: int, t_ns: int) -> None:
-        """Let a message wait; by its number and time, ns, it tells how fast they come."""
+        """Let a message wait; number and time, ns, show how fast messages arrive."""
         self._waiting.append(message)
         if self._last is not None:
             numbers, span_ns = seq - self._last[0], t_ns - self._last[1]
@@ -46,7 +46,7 @@ class Backlog(Generic[MessageT]):
         self.work_ns = _follow(self.work_ns, spent_ns)
 
     def slowness(self) -> str:
-        """Say in plain words how work and messages go together."""
+        """Return the time of work and the period of messages, as text."""
         if not self.work_ns:
             return "pings came while it started"
         return f"a ping takes {self.work_ns / 1e6:.1f} ms to process, they come every {self.interval_ns / 1e6:.1f} ms"

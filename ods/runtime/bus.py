@@ -141,7 +141,7 @@ class BusSettings(Settings, frozen=True):
                 if name not in (*TOPICS, HEALTH):
                     raise ValueError(f"listen[{number}].topics: {none_of(name, (*TOPICS, HEALTH))}")
         if self.listen and self.keys is None:
-            raise ValueError('keys: missing: the folder that `ods keys make` fills, such as "keys"')
+            raise ValueError('keys: missing: the folder in which `ods keys make` puts the keys, such as "keys"')
 
 
 class BusError(OdsError):
@@ -154,7 +154,7 @@ def endpoint(run_dir: Path, process: str) -> str:
 
 
 def hindrance(run_dir: Path, process: str) -> str:
-    """Say, after a colon, why nobody can hear `process`; "" when nothing stands in the way but its own silence."""
+    """Return, after a colon, why `process` cannot be received; "" when it is only silent."""
     file = run_dir / f"{process}.sock"
     try:
         file.stat()
@@ -167,9 +167,9 @@ def hindrance(run_dir: Path, process: str) -> str:
 
 
 def _who_may(place: Path) -> str:
-    """Say as whom one may use a file."""
+    """Return the users who may use a file, as text."""
     try:
-        return f"join the group {place.group()} (and log in anew), or run as {place.owner()}"
+        return f"join the group {place.group()} (and log in again), or run as {place.owner()}"
     except (OSError, KeyError):  # out of reach, or of a group or user without a name
         return "join the group of its owner, or run as its owner"
 
@@ -194,7 +194,7 @@ class Publisher:
         self._socket.send(self._encoder.encode(message), LAST_PART)
 
     def restore(self) -> bool:
-        """Make anew what was removed of lock and socket; return whether it was any. Raises RunDirError, BusError."""
+        """Create lock or socket again if removed; return whether one was. Raises RunDirError, BusError."""
         lock_gone, socket_gone = self._lock.restore(), self._binding.restore()
         return lock_gone or socket_gone
 
@@ -205,7 +205,7 @@ class Publisher:
 
 
 class _Binding:
-    """The address of a bound socket. Who connects finds it by its file only: without it the socket hears nobody new."""
+    """The address of a bound socket. Others connect by its file: without it the socket gets no new connections."""
 
     def __init__(self, socket: "zmq.Socket[bytes]", run_dir: Path, name: str) -> None:
         self._socket, self._address = socket, endpoint(run_dir, name)
@@ -221,7 +221,7 @@ class _Binding:
         self._identity = identity(self._file)
 
     def restore(self) -> bool:
-        """Bind anew if the file was removed or replaced; return whether it was. Who is connected stays so."""
+        """Bind again if the file was removed or replaced; return whether it was. Connections stay."""
         if identity(self._file) == self._identity:
             return False
         self._bind()  # without unbinding: that would remove the new file a moment later
@@ -283,12 +283,12 @@ class Responder:
         return self._decoder.decode(body)
 
     def answer(self, peer: list[bytes], message: msgspec.Struct) -> None:
-        """Answer one request; an answer that nobody takes is dropped."""
+        """Answer one request; an answer that is not taken is dropped."""
         with contextlib.suppress(zmq.ZMQError):
             self._socket.send_multipart([*peer, self._encoder.encode(message)], flags=zmq.DONTWAIT)
 
     def restore(self) -> bool:
-        """Make the socket anew if its file was removed; return whether it was. Raises BusError."""
+        """Create the socket again if its file was removed; return whether it was. Raises BusError."""
         return self._binding.restore()
 
     def close(self) -> None:
@@ -349,7 +349,7 @@ class Subscription:
         except UNDECODABLE as error:
             self.counters[f"bad_{self.topic}"] += 1
             if not self._complained:
-                log.warning("dropped a bad %s message: %s", self.topic, error)
+                log.warning("dropped a malformed %s message: %s", self.topic, error)
                 self._complained = True
             return None
 

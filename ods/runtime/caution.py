@@ -1,4 +1,4 @@
-"""What a list that is valid cannot vouch for all the same, in words."""
+"""Limitations of a valid obstacle list, as text."""
 
 import math
 from collections.abc import Sequence
@@ -8,36 +8,35 @@ from ods.base.clock import NS
 from ods.messages import ObstacleList, UnseenPart
 
 LOUD_BOTTOM_DB = 12.0
-"""Echoes need no more over the background where the bottom is smooth."""
+"""Detection threshold over the background where the bottom is smooth, dB, at most."""
 MARGIN_DB = 8.0
-"""What is so much louder than an echo has to be is in the list nearly always (docs/assess-sea.md)."""
+"""Level over the detection threshold from which on objects are nearly always in the list, dB (docs/assess-sea.md)."""
 
 
-def cautions(told: ObstacleList) -> list[str]:
-    """Return what the sonar did not show of the sector, how loud objects must be where that is much, and what an
-    operator said to ignore.
+def cautions(message: ObstacleList) -> list[str]:
+    """Return a line for each limitation: parts of the sector not observed, a high detection threshold, vetoes.
 
-    It is much where the bottom's crests are loud, or the detector's levels are set high.
+    The threshold is high where the bottom's crests are loud, or the detector's levels are set high.
     """
-    said = [f"not seen: {told.unseen_why} ({where(told.unseen)})"] if told.unseen else []
-    if told.caution:
-        said.append(told.caution)
-    if told.heard_from_db is not None and told.heard_from_db > LOUD_BOTTOM_DB:
-        least_db = told.heard_from_db + MARGIN_DB
+    said = [f"not seen: {message.unseen_why} ({where(message.unseen)})"] if message.unseen else []
+    if message.caution:
+        said.append(message.caution)
+    if message.heard_from_db is not None and message.heard_from_db > LOUD_BOTTOM_DB:
+        least_db = message.heard_from_db + MARGIN_DB
         said.append(
             f"objects less than {least_db:.0f} dB over the background may be missing: loud bottom, or high levels"
         )
-    return said + ignored(told)
+    return said + ignored(message)
 
 
-def ignored(told: ObstacleList) -> list[str]:
-    """Return which obstacles of a list are ignored, by whom, why and until when: a line for each veto."""
+def ignored(message: ObstacleList) -> list[str]:
+    """Return a line for each veto: the ignored obstacles, by whom, why and until when."""
     ids: dict[int, list[str]] = {}
-    for each in told.obstacles:
+    for each in message.obstacles:
         if each.ignored_by >= 0:
             ids.setdefault(each.ignored_by, []).append(str(each.id))
     said = []
-    for veto in told.vetoes:
+    for veto in message.vetoes:
         if veto.number in ids:
             until = datetime.fromtimestamp(veto.until_utc_ns / NS, UTC)
             whom = ", ".join(ids[veto.number])

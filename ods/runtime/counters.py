@@ -1,4 +1,4 @@
-"""The one counter table: what each counter of a health report, a recorder or a read file means, and who is told.
+"""The one counter table: what each counter of a health report, a recorder or a read file means, and who reports it.
 
 Whoever counts uses a plain `collections.Counter`; a name without a row here is refused by the tests. docs/counters.md,
 the doctor's advice, and what is worth a line in the log come from this table.
@@ -18,7 +18,7 @@ class CounterRow(NamedTuple):
     name: str
     meaning: str
     trouble: bool = True
-    """False: the doctor says nothing of it, because nothing is wrong, or because a problem in plain words tells it."""
+    """False: the doctor says nothing of it, because nothing is wrong, or because a problem line reports it."""
     logged: bool = False
     """The first one is worth a line in the log."""
     advice: str = ""
@@ -28,10 +28,10 @@ class CounterRow(NamedTuple):
 REFUSE = "ODS_REFUSE_UNKNOWN_COUNTERS"
 RECORDER, RECORDINGS, SIM_DEVICES = "s7k recorder", "recordings", "simulated devices"
 OWN_RECORDINGS, REPLAY = "recordings of ods", "ods replay"
-"""Who counts, beside the processes of the process table: recorders and readers of files, the bench's devices."""
+"""Those that count besides the processes of the process table: recorders, readers of files, the bench's devices."""
 
 _POSE_BUFFER = (
-    CounterRow("pose_bad", "poses dropped: not finite, attitude no unit quaternion, negative sigma"),
+    CounterRow("pose_bad", "poses dropped: not finite, attitude not a unit quaternion, negative sigma"),
     CounterRow("pose_duplicate", "poses dropped: another pose has the same time"),
     CounterRow("pose_too_old", "poses dropped: older than all poses in a full buffer"),
     CounterRow("pose_thinned", "poses not used: they come faster than `pose.max_rate_hz`", trouble=False),
@@ -66,7 +66,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("passed_messages", "messages passed on, for each address", trouble=False),
         CounterRow("admitted_clients", "times a client was let in by its key", trouble=False),
         CounterRow("refused_clients", "times a client was refused: its key is not in the list, or no longer"),
-        CounterRow("hang_ups", "times all clients of an address were cut: the key of one was revoked", trouble=False),
+        CounterRow("hang_ups", "times all clients of an address were disconnected: a key was revoked", trouble=False),
         CounterRow("listen_errors", "attempts to listen that failed: the port is taken, or the interface is not there"),
     ),
     **{f"bridge_{name}": _BRIDGE for name in ("json", "ttm", "moos", "mavlink")},
@@ -80,11 +80,11 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("duplicate_pings", "samples of a ping that was published already"),
         CounterRow("ping_number_restarts", "gaps of more than 1000 ping numbers: the sonar restarted",
                    logged=True),
-        CounterRow("records", "records found whole", trouble=False),
+        CounterRow("records", "complete records", trouble=False),
         CounterRow("other_records", "records of other kinds, not used", trouble=False),
         CounterRow("unchecked_records", "records taken without a checksum, as their flags say", trouble=False),
         CounterRow("network_frames", "packets with a network frame (s7k over TCP)", trouble=False),
-        CounterRow("unframed_bytes", "bytes outside network frames, searched for records all the same", logged=True,
+        CounterRow("unframed_bytes", "bytes outside network frames, searched for records, too", logged=True,
                    advice="bytes outside network frames: is this the port of a 7k center?"),
         CounterRow("lying_frames", "packets with a wrong length in the network frame: another packet began within",
                    logged=True),
@@ -93,8 +93,8 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("bad_version", "false starts of a record: wrong protocol version"),
         CounterRow("bad_offset", "false starts of a record: impossible offset of its data"),
         CounterRow("unknown_message", "false starts of an Oculus or Norbit message: unknown kind; Sonar 3D-15: "
-                   "datagrams that are none of its packets"),
-        CounterRow("stranger_datagrams", "Sonar 3D-15: datagrams dropped: of another sender than "
+                   "datagrams that are not packets of its protocol"),
+        CounterRow("stranger_datagrams", "Sonar 3D-15: datagrams dropped: from another sender than "
                    "sonar.sonar3d15.sender", trouble=False, logged=True),
         CounterRow("short_record", "false starts of a record: too short"),
         CounterRow("overlong_record", "false starts of a record: longer than `sonar.max_record_bytes`",
@@ -125,24 +125,24 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("port_open_errors", "attempts to open the port that failed"),
         CounterRow("statuses", "statuses that the sonar broadcast (Oculus)", trouble=False),
         CounterRow("other_statuses", "statuses of other sonars (Oculus)", trouble=False),
-        CounterRow("bad_status", "datagrams on the status port that are no status (Oculus)"),
+        CounterRow("bad_status", "datagrams on the status port that are not a status (Oculus)"),
         CounterRow("control_requests", "requests sent to the sonar, repetitions too", trouble=False),
         CounterRow("control_acknowledged", "requests that the sonar acknowledged", trouble=False),
         CounterRow("control_refused", "requests that the sonar refused", logged=True),
         CounterRow("control_lost", "requests that the sonar did not follow in `sonar.control_attempts`", logged=True),
-        CounterRow("control_unsent", "requests that the line did not take", logged=True),
+        CounterRow("control_unsent", "requests that the line did not accept", logged=True),
     ),
     "pipeline": (
         CounterRow("detections", "detections published", trouble=False),
         CounterRow("bad_ping", "pings dropped: their content contradicts itself", logged=True),
         CounterRow("beams_without_pose", "beams of a mechanically scanned sonar whose pose is not known: taken as sent "
                    "from where others were", trouble=False),
-        CounterRow("failed_stage", "pings dropped: a stage failed, or made values that are no finite numbers",
+        CounterRow("failed_stage", "pings dropped: a stage failed, or produced values that are not finite",
                    logged=True),
         CounterRow("skipped_pings", "pings left out: the chain is too slow for all, and newer ones waited", logged=True,
                    advice="the chain is too slow for every ping: leave stages out, set pipeline.attention, or ask the "
                    "sonar for fewer pings"),
-        CounterRow("geometry_changes", "times beams or ranges were not those of the ping before: stages prepared anew",
+        CounterRow("geometry_changes", "times beams or ranges were not those of the ping before: stages prepared again",
                    trouble=False),
         CounterRow("drop_out_image", "images without usable data (drop-out)"),
         CounterRow("unseen_images", "images with unseen parts, for any of the reasons of `UnseenPart`",
@@ -172,11 +172,11 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("map_not_finite", "objects left out of the map: a number that is not finite", logged=True),
         CounterRow("map_unusable", "attempts to open and read the map that failed", logged=True),
         CounterRow("map_write_failed", "attempts to write the map that failed", logged=True),
-        CounterRow("map_stalled", "times the disk let the map wait for more than 3 s", logged=True),
-        CounterRow("map_process_lost", "times the map's process ended; it is started again", logged=True),
+        CounterRow("map_stalled", "times the disk delayed the map by more than 3 s", logged=True),
+        CounterRow("map_process_lost", "times the map's process ended and was restarted", logged=True),
         CounterRow("veto_orders", "operators' requests to ignore, forget or restore, those refused too", trouble=False),
         CounterRow("vetoes_refused", "operators' requests that were refused"),
-        CounterRow("vetoes_over", "vetoes that ended of themselves: they expired, or no longer fit the obstacle",
+        CounterRow("vetoes_over", "vetoes that ended by themselves: they expired, or no longer fit the obstacle",
                    trouble=False),
         CounterRow("refused_operators", "attempts to veto without a key of an operator"),
         CounterRow("bad_veto-requests", "operators' requests that are malformed or too long"),
@@ -185,24 +185,24 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     "nav": (
         CounterRow("poses", "poses published", trouble=False),
         CounterRow("frame_short", "DBC: frames dropped: too short"),
-        CounterRow("frame_not_finite", "DBC: frames dropped: a float that is no number"),
-        CounterRow("frame_other_sender", "DBC: frames dropped: of a second sender of one parameter group",
+        CounterRow("frame_not_finite", "DBC: frames dropped: a float that is not a number"),
+        CounterRow("frame_other_sender", "DBC: frames dropped: from a second sender of one parameter group",
                    logged=True, advice="choose one by nav.dbc.source_address"),
         CounterRow("frame_twin", "DBC: frames dropped: a mapped number with the other kind of identifier"),
         CounterRow("nmea_sentences", "NMEA: sentences used", trouble=False),
         CounterRow("nmea_other", "NMEA: sentences of other kinds or talkers, not used", trouble=False),
         CounterRow("nmea_damaged", "NMEA: lines dropped: a wrong checksum, or no sentence at all",
                    logged=True, advice="the line damages bytes: baud, ground, cable, or two devices on one line"),
-        CounterRow("nmea_talkers", "NMEA: sentences used while they come of two talkers", logged=True,
+        CounterRow("nmea_talkers", "NMEA: sentences used while they come from two talkers", logged=True,
                    advice="name one in nav.nmea"),
         CounterRow("nmea_no_checksum", "NMEA: sentences dropped: they have no checksum", logged=True,
                    advice="let the sender append it (*hh)"),
-        CounterRow("nmea_no_fix", "NMEA: sentences used that say they are estimated, manual, simulated or unsafe: "
+        CounterRow("nmea_no_fix", "NMEA: sentences used though flagged as estimated, manual, simulated or unsafe: "
                    "nav.nmea.accept"),
-        CounterRow("nmea_not_valid", "NMEA: sentences that say of themselves that they are not valid"),
+        CounterRow("nmea_not_valid", "NMEA: sentences flagged as not valid"),
         CounterRow("line_overlong", "NMEA: lines dropped: longer than 255 bytes", logged=True,
                    advice="is this a line with NMEA, and nav.nmea.baud right?"),
-        CounterRow("stranger_datagrams", "NMEA: datagrams dropped: of another sender than nav.nmea.sender",
+        CounterRow("stranger_datagrams", "NMEA: datagrams dropped: from another sender than nav.nmea.sender",
                    logged=True),
         CounterRow("port_opens", "NMEA: times the port was opened", trouble=False),
         CounterRow("port_losses", "NMEA: times the open port was lost", logged=True),
@@ -210,16 +210,16 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("frame_unplaced", "DBC: frames dropped while the order of an instant's messages is not known",
                    trouble=False),
         CounterRow("epoch_parted", "DBC: epochs dropped as the bus was silent within them, not before them"),
-        CounterRow("epoch_aged", "poses dropped: a value that is held was too old"),
+        CounterRow("epoch_aged", "poses dropped: a held value was too old"),
         CounterRow("frame_stray", "DBC: frames out of order, repeated, or without the first of their epoch"),
-        CounterRow("epoch_unproven", "DBC: epochs dropped as the one before was not whole"),
+        CounterRow("epoch_unproven", "DBC: epochs dropped as the one before was incomplete"),
         CounterRow("pdo_short", "PDOs shorter than their mapping"),
         CounterRow("pdo_duplicate", "PDOs of an epoch that has them already"),
         CounterRow("pdo_stray", "PDOs without sequence number and out of place"),
         CounterRow("epoch_torn", "epochs given up incomplete"),
         CounterRow("epoch_missing", "sequence numbers never seen (CANopen)"),
         CounterRow("sequence_reset", "times the sequence number went back: the INS restarted"),
-        CounterRow("epoch_invalid", "poses dropped: a status that must hold does not"),
+        CounterRow("epoch_invalid", "poses dropped: a required status is not set"),
         CounterRow("epoch_absurd", "poses dropped: a field out of range"),
         CounterRow("altitude_absurd", "altitudes left out of a pose: not above 0, no number, or they or their standard "
                    "deviation beyond `nav.limits.altitude_m`", logged=True),
@@ -242,7 +242,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("time_bad", "TIME messages that are malformed; TIME and ZDA not of 2020 to 2099"),
         CounterRow("time_wild", "TIME messages off by more than 0.5 s"),
         CounterRow("time_jumps", "jumps of TIME: four messages off in a row that agree"),
-        CounterRow("node_frame_bad", "malformed NMT commands and SDO requests to us"),
+        CounterRow("node_frame_bad", "malformed NMT commands and SDO requests to ODS"),
         CounterRow("can_opened", "times the CAN interface was opened", trouble=False),
         CounterRow("can_lost", "times the open CAN interface failed"),
         CounterRow("can_silent", "times it was closed because no frame came"),
@@ -253,13 +253,13 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("can_bus_off", "times the controller went bus-off"),
         CounterRow("can_recovered", "ends of bus-off"),
         CounterRow("can_garbage", "lines of an slcan adapter that are neither frame nor answer"),
-        CounterRow("can_unsent", "frames that the bus did not take"),
+        CounterRow("can_unsent", "frames that the bus did not accept"),
     ),
     "planner": (
         CounterRow("set_points", "set points published", trouble=False),
         CounterRow("not_valid", "those made of a list that is not valid or too old", trouble=False),
         CounterRow("can_opened", "times the CAN interface was opened", trouble=False),
-        CounterRow("can_unsent", "set points that the CAN bus did not take"),
+        CounterRow("can_unsent", "set points that the CAN bus did not accept"),
     ),
     "sim": (
         CounterRow("pings_late", "pings that were sent after their time"),
@@ -288,26 +288,26 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("unfit_pings", "pings that s7k cannot carry, such as samples of scale `db`"),
         CounterRow("unfit_contacts", "obstacles that s7k cannot carry"),
         CounterRow("unfit_poses", "poses that s7k cannot carry"),
-        CounterRow("utc_steps", "steps of UTC by more than 1 s: the recording goes on in the UTC that it began with"),
+        CounterRow("utc_steps", "steps of UTC by more than 1 s: the recording continues in the UTC that it began with"),
         CounterRow("contacts_without_pose", "changes not written yet, because the vehicle's pose was not known"),
         *(CounterRow(f"bad_{topic}", f"malformed `{topic}` messages; they are among the lost ones too")
           for topic in ("ping", "obstacles", "pose")),
     ),
     RECORDINGS: (
         CounterRow("corrupt_frames", "ARIS: malformed frames; clips: frames equal to the one before"),
-        CounterRow("truncated_frames", "ARIS, clips: frames cut short"),
+        CounterRow("truncated_frames", "ARIS, clips: truncated frames"),
         CounterRow("corrupt_pings", "Oculus, Norbit, Sonar 3D-15: images that cannot be used"),
         CounterRow("other_messages", "Oculus, Norbit, Sonar 3D-15: messages, and items of a log, of other kinds, not "
                    "used"),
         CounterRow("garbage_bytes", "Oculus: bytes that belong to no message"),
     ),
     OWN_RECORDINGS: (
-        CounterRow("torn", "files cut off: what follows the last whole record is not read"),
+        CounterRow("torn", "truncated files: what follows the last complete record is not read"),
         CounterRow("bad_chunks", "chunks that cannot be used: wrong checksum, unknown compression, too large"),
         CounterRow("bad_records", "records that contradict themselves"),
         CounterRow("overlong", "records longer than any that are written"),
-        CounterRow("unknown_channels", "messages that are not of the bus"),
-        CounterRow("unreadable_segments", "files of a folder that are no recordings"),
+        CounterRow("unknown_channels", "messages that are not messages of the bus"),
+        CounterRow("unreadable_segments", "files of a folder that are not recordings"),
         CounterRow("left_out", "metadata and attachments beyond 48 MB"),
     ),
     REPLAY: (
@@ -317,16 +317,16 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("missing_poses", "poses that were known on board and not recorded"),
         CounterRow("failed_pings", "pings that the pipeline cannot process"),
         CounterRow("refused_orders", "operators' orders that the tracker carried out on board, and refuses here"),
-        CounterRow("pipeline_restarts", "times the pipeline began anew", trouble=False),
-        CounterRow("tracker_restarts", "times a tracker went on where the former one was", trouble=False),
-        CounterRow("tracker_anew", "times a tracker began anew", trouble=False),
+        CounterRow("pipeline_restarts", "times the pipeline restarted", trouble=False),
+        CounterRow("tracker_restarts", "times a tracker restored the state of the former one", trouble=False),
+        CounterRow("tracker_anew", "times a tracker restarted", trouble=False),
     ),
     SIM_DEVICES: (
         CounterRow("frames", "CAN adapter: frames passed on", trouble=False),
         CounterRow("garbage", "CAN adapter: lines that are neither frame nor command"),
-        CounterRow("dropped", "CAN adapter: frames that a port did not take"),
+        CounterRow("dropped", "CAN adapter: frames that a port did not accept"),
         CounterRow("refused", "CAN adapter: frames sent by a port that is not on the bus"),
-        CounterRow("unsent", "INS, vehicle: frames that the bus did not take"),
+        CounterRow("unsent", "INS, vehicle: frames that the bus did not accept"),
         CounterRow("unread", "INS, vehicle: times the bus could not be read"),
         CounterRow("short_set_points", "vehicle: set points with too few bytes, not obeyed"),
     ),

@@ -1,4 +1,4 @@
-"""How a process is ended from outside: by signals, and by the end of who started it."""
+"""End of a process from outside: by signals, and by the end of its parent."""
 
 import ctypes
 import os

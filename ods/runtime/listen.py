@@ -20,7 +20,7 @@ class ListenSettings(Settings, frozen=True):
     def __post_init__(self) -> None:
         _refuse_no_address(self.at)
         if not self.topics:
-            raise ValueError("topics: none is named: nothing would be heard")
+            raise ValueError("topics: must name at least one topic")
 
 
 def _refuse_no_address(at: str) -> None:

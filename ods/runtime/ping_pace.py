@@ -1,4 +1,4 @@
-"""How long no ping may come before the sonar counts as silent: one that looks far pings seldom."""
+"""Time without a ping after which the sonar counts as silent: with a long range it pings seldom."""
 
 from collections import deque
 from statistics import median_low
@@ -13,7 +13,7 @@ work on it, and what is late."""
 LONGEST_S = 3.0
 """By then objects may be elsewhere, however seldom the sonar pings: a planner has to know."""
 GAPS = 3
-"""The middle one of so many counts: a gap alone is none of the sonar's pace."""
+"""Number of intervals whose median is the sonar's pace, so that a single gap does not count."""
 
 
 class PingPace:
@@ -34,6 +34,6 @@ class PingPace:
 
     @property
     def patience_s(self) -> float:
-        """Silence of so long is none yet."""
+        """Return the duration of silence that is not yet a problem, s."""
         usual_s = median_low(self._gaps_ns) / NS if self._gaps_ns else 0.0
         return min(max(PERIODS * usual_s, SHORTEST_S), LONGEST_S)

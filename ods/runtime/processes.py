@@ -36,7 +36,7 @@ class Process:
 
 
 SUPERVISOR = "run"
-"""Name of the socket on which `ods run` tells the health of processes that are down."""
+"""Name of the socket on which `ods run` reports the health of processes that are down."""
 
 PROCESSES: dict[str, Process] = {
     process.name: process

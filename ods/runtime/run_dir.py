@@ -48,7 +48,7 @@ def prepare(run_dir: Path) -> None:
         complaint = _complaint(run_dir)
         if complaint is None and run_dir.stat().st_mode & stat.S_IWGRP:
             run_dir.chmod(FOLDER_MODE)
-            log.warning("%s: its group could write in it, and can no longer", run_dir)
+            log.warning("%s: removed the group's right to write to this folder", run_dir)
     except OSError as error:
         raise RunDirError(f"bus.run_dir: cannot use {run_dir}: {error.strerror}") from error
     if complaint is not None:
@@ -79,7 +79,7 @@ def _owner_of(run_dir: Path) -> int:
 
 
 def _complaint(run_dir: Path, owner: int | None = None) -> str | None:
-    """Say why another user than `owner`, by default this one, could speak there; None where none could."""
+    """Return why another user than `owner`, by default this one, could speak there; None where none could."""
     owner = os.geteuid() if owner is None else owner
     state = run_dir.lstat()
     if stat.S_ISLNK(state.st_mode):
@@ -118,7 +118,7 @@ def sockets_made(mode: int) -> Iterator[None]:
 
 
 def identity(path: Path) -> tuple[int, int] | None:
-    """Return what tells the file at `path` from every other one; None: there is none."""
+    """Return what distinguishes the file at `path` from every other one; None: there is none."""
     try:
         state = path.lstat()
     except OSError:
@@ -135,7 +135,8 @@ class Lock:
         self._fd = _taken(run_dir, process)
 
     def restore(self) -> bool:
-        """Take it anew if its file was removed; return whether it was. Raises RunDirError where another was quicker."""
+        """Take it again if its file was removed; return whether it was. Raises RunDirError where another was
+        quicker."""
         state = os.fstat(self._fd)
         if identity(self._run_dir / f"{self._process}.lock") == (state.st_dev, state.st_ino):
             return False

@@ -45,7 +45,7 @@ class StartError(OdsError):
 
 
 class Service:
-    """What a worker may use of its process: bus, counters, complaints. One a process."""
+    """Interface of the process for its worker: bus, counters, complaints. One a process."""
 
     def __init__(self, process: Process, run_dir: Path) -> None:
         self.process = process
@@ -87,19 +87,19 @@ class Service:
             self.publish(bus.REQUESTS[self.process.answers].answers, message)
 
     def stay_reachable(self) -> None:
-        """Make lock and sockets anew if somebody removed their files. Raises RunDirError, BusError."""
+        """Create lock and sockets again if their files were removed. Raises RunDirError, BusError."""
         gone = self._publisher.restore()
         if self._responder:
             gone |= self._responder.restore()
         if gone:
-            log.warning("lock or sockets in the run folder had been removed and were made anew")
+            log.warning("lock or sockets in the run folder had been removed; created them again")
 
     def complain_once(self, key: str, text: str) -> None:
         """Count `key` every time, log `text` the first time."""
         self.counters[key] += 1
         if key not in self._complained:
             self._complained.add(key)
-            log.warning("%s (said once, then counted as %s)", text, key)
+            log.warning("%s (logged once, then counted as %s)", text, key)
 
     def overload(self) -> str:
         """Return "the computer is overloaded: ..." if that is why things take long, or "".
@@ -175,7 +175,7 @@ class Service:
 
 
 class Worker(ABC, Generic[SettingsT]):
-    """What a package's service.py provides: the wiring between its pure code, its device and the bus."""
+    """Provided by a package's service.py: the wiring between its pure code, its device and the bus."""
 
     def __init__(self, service: Service, settings: SettingsT) -> None:
         self.service = service
@@ -205,7 +205,7 @@ class Worker(ABC, Generic[SettingsT]):
         return True
 
     def problems(self) -> list[str]:
-        """Say in plain words what is wrong now."""
+        """Return the present problems, a text each."""
         return []
 
     def stop(self) -> None:
@@ -213,7 +213,7 @@ class Worker(ABC, Generic[SettingsT]):
 
 
 def notify(text: str) -> bool:
-    """Tell the supervisor or systemd, by the sd_notify protocol, if there is one; return whether it was told.
+    """Notify the supervisor or systemd, by the sd_notify protocol, if there is one; return whether there is one.
 
     One that does not listen is not waited for.
     """
@@ -228,7 +228,7 @@ def notify(text: str) -> bool:
 
 
 def tell_alive() -> None:
-    """Tell the supervisor or systemd, from within a round of the work loop that takes long, that work goes on."""
+    """Notify the supervisor or systemd, from within a long round of the work loop, that work continues."""
     notify("WATCHDOG=1")
 
 
@@ -241,7 +241,7 @@ class Home:
 
 @contextlib.contextmanager
 def words_at_the_end(process: str) -> Iterator[Home]:
-    """Tell the supervisor or systemd, and the tracker, why the process ends, if an error ends it."""
+    """Report to the supervisor or systemd, and to the tracker, the error that ends the process, if any."""
     home, words = Home(), ""
     try:
         yield home

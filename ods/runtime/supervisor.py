@@ -3,7 +3,7 @@
 Each child talks the sd_notify protocol to a socket of its own, as it would under systemd: READY=1 once it works,
 WATCHDOG=1 from its work loop, STOPPING=1 with STATUS= why when it gives up. A child that ends, or whose loop hangs, is
 started again with a growing delay, without end: what is wrong may be mended meanwhile, and the others go on. While one
-is down its health is told here, so that the obstacle list can say why.
+is down its health is reported here, so that the obstacle list can say why.
 """
 
 import logging
@@ -36,7 +36,7 @@ log = logging.getLogger(__name__)
 POLL_S = 0.05
 GONE_S = 0.5
 """A killed process is gone sooner, unless the kernel waits in it for a disk or a device: that may take for ever."""
-HELD = "killed, but it waits for a disk or a device that does not answer"
+HELD = "killed, but still waiting for a disk or a device that does not answer"
 AT_WORK = 0.05
 """Share of the time: a process that runs or waits for a processor for longer while it starts is at work."""
 MOST_WATCHDOGS = 10
@@ -112,8 +112,8 @@ class Child:
         if code is not None:
             self._ended(code, now_s)
         elif now_s > self._alive_until and not self._killed and not self._may_go_on(self._popen.pid, now_s):
-            log.error("%s shows no sign of life: killed", self.name)
-            self._last_words = "it showed no sign of life"
+            log.error("%s sent no watchdog message in time: killed", self.name)
+            self._last_words = "it sent no watchdog message in time"
             self._kill(self._popen, now_s)
 
     def _may_go_on(self, pid: int, now_s: float) -> bool:
@@ -130,7 +130,11 @@ class Child:
         if goes_on:
             self._spent, self._looked_at, self._alive_until = now, now_s, now_s + more_s
             if not self.busy:
-                log.warning("%s gives no sign of life yet, %s", self.name, STARVED if starved else "but it is at work")
+                log.warning(
+                    "%s has sent no watchdog message yet, %s",
+                    self.name,
+                    STARVED if starved else "but it uses the processor",
+                )
             self.busy = STARVED if starved else f"is starting, for {now_s - self._started_at:.0f} s"
         return goes_on
 
@@ -142,7 +146,7 @@ class Child:
             self._ended(popen.wait(GONE_S), now_s)
         except subprocess.TimeoutExpired:
             self.ready, self.busy, self.down = False, "", HELD if _waits_for_device(popen.pid) else f"killed; {STARVED}"
-            log.error("%s %s: it is started again when it is gone", self.name, self.down)
+            log.error("%s %s: restarting it when it has ended", self.name, self.down)
 
     def _start(self, now_s: float) -> None:
         environment = os.environ | {"NOTIFY_SOCKET": str(self._address), SUPERVISOR_PID: str(os.getpid())}
@@ -163,7 +167,7 @@ class Child:
 
     def _listen(self, now_s: float) -> None:
         if identity(self._address) != self._identity:
-            log.warning("%s had been removed and was made anew", self._address)
+            log.warning("%s had been removed; created it again", self._address)
             self._socket.close()
             self._bind()
         while True:
@@ -202,7 +206,7 @@ class Child:
         self.down = f"killed by signal {-code}" if code < 0 else f"ended with code {code}"
         if self._last_words:
             self.down += f": {self._last_words}"
-        log.error("%s %s: starting it again in %.1f s", self.name, self.down, self._start_at - now_s)
+        log.error("%s %s: restarting it in %.1f s", self.name, self.down, self._start_at - now_s)
 
     def terminate(self) -> None:
         """Ask it to stop."""
@@ -226,7 +230,7 @@ class Child:
         try:
             popen.wait(GONE_S)
         except subprocess.TimeoutExpired:
-            log.error("%s %s: pid %d is left behind", self.name, HELD, popen.pid)
+            log.error("%s %s: pid %d keeps running", self.name, HELD, popen.pid)
 
 
 def _waits_for_device(pid: int) -> bool:
@@ -238,7 +242,7 @@ def _waits_for_device(pid: int) -> bool:
 
 
 class _Reporter:
-    """Tells the health of the children that are down, or busy before they can tell it, in their place."""
+    """Reports the health of the children that are down, or busy before they can report it themselves."""
 
     def __init__(self, run_dir: Path) -> None:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context(1)
@@ -252,7 +256,7 @@ class _Reporter:
             return
         self._due_s = now_s + bus.HEALTH_PERIOD_S
         if self._publisher.restore():
-            log.warning("lock or socket of `ods run` had been removed and were made anew")
+            log.warning("lock or socket of `ods run` had been removed; created them again")
         for child in children:
             if child.down or child.busy:
                 self._publisher.publish(bus.HEALTH, _health(child, self._seq))

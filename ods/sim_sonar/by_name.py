@@ -14,7 +14,7 @@ def find_sonar(name: str, scene: Path | None = None) -> SonarModel:
     """Return the sonar of a name, or of a path that ends in .toml.
 
     Names are looked up in the folder `sonars` beside that of `scene`, then in config/sonars here, then among those that
-    come with the package. Raises OdsError, which tells the known names.
+    come with the package. Raises OdsError, which lists the known names.
     """
     if name.endswith(".toml"):
         return load_sonar(Path(name))

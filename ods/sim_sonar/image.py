@@ -33,7 +33,7 @@ def render_image(
     """Return one image from arrays: (beams, samples) float32 amplitude, counts.
 
     The time in `sent` is for other sonars' pulses and the coherence time. Intensity is Gamma distributed about eq. 5's
-    mean [SSIE]. Raises ValueError when `levels` do not fit the sonar. Tables are made anew at each call: for a
+    mean [SSIE]. Raises ValueError when `levels` do not fit the sonar. Tables are made at each call: for a
     sequence, keep a Receiver.
     """
     chosen = ImageLevels() if levels is None else levels

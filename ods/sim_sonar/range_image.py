@@ -52,7 +52,7 @@ def _bed_of(scene: Scene) -> Bodies:
     if bed is None:
         return np.empty(0, BODY)
     if bed.field is not None:
-        raise ValueError("sea_bed: a 3-D sonar is simulated over even sea-beds only")
+        raise ValueError("sea_bed: a 3-D sonar needs an even sea-bed")
     body = np.zeros(1, BODY)
     body["kind"], body["half"] = PLANE, (UNBOUNDED, UNBOUNDED, 0.0)
     body["axes"], body["centre"] = bed.axes.T, (0.0, 0.0, bed.depth_m)

@@ -34,7 +34,7 @@ from ods.sim_sonar.sonar.model import load_sonar
 THREAD_SWITCH_S = 0.001
 """The INS thread must not wait long for the image thread."""
 NMEA_PATIENCE_S = 0.005
-"""What nobody reads by then is lost, as on a real line."""
+"""Time after which unread data are lost, as on a real line."""
 
 
 class SimWorker(Worker[SimConfig]):
@@ -123,7 +123,7 @@ class SimWorker(Worker[SimConfig]):
         self.service.counters["sonar_bytes_lost"] = self._line.lost_bytes
 
     def problems(self) -> list[str]:
-        """Say which device has failed."""
+        """Return the devices that have failed, a text each."""
         return [device.failure for device in self._devices if device.failure]
 
     def stop(self) -> None:

@@ -13,7 +13,7 @@ from ods.sim_sonar.settings import VehicleSettings
 YAW_S, DEPTH_S = 1.0, 2.0
 """Time constants of the autopilot's heading and depth loops, s."""
 KEPT = 32
-"""States that are looked at for a place in time: a ping listens for less than so many steps."""
+"""Number of states searched for an instant: a ping receives for fewer steps."""
 
 
 class VehicleState(NamedTuple):

@@ -57,7 +57,8 @@ def truth_of(
 
 
 def within_fan(sonar: SonarModel, position_ned: Floats, radius_m: Floats, pose: VehiclePose) -> Mask:
-    """Tell which of (n, 3) objects are in the fan: centre in range and bearing, some of it in a main lobe."""
+    """Return (n,) bool: which of (n, 3) objects are in the fan: centre in range and bearing, some of it in a main
+    lobe."""
     distance, bearing, elevation = geometry.body_to_polar(geometry.global_to_body(position_ned, *pose))
     half_beam = 0.5 * sonar.beam_width_rad
     reach = np.arcsin(np.clip(radius_m / np.maximum(distance, 1e-9), 0.0, 1.0)) + sonar.half_vertical_rad

@@ -43,10 +43,10 @@ def simulate(
 ) -> None:
     """Write the pings of a scene from its beginning.
 
-    `sonar` is the name of a file in config/sonars, or a path. The ending of `out` tells what is written: .npz or .s7k,
-    the whole scene where `pings` is not given, and beside it `<stem>.truth.jsonl`, one Truth a line; .png, one picture
-    a ping in that style, one where it is not given. Raises OdsError: a bad file or option, or a scene that the format
-    cannot carry.
+    `sonar` is the name of a file in config/sonars, or a path. The ending of `out` chooses what is written: .npz or
+    .s7k, the whole scene where `pings` is not given, and beside it `<stem>.truth.jsonl`, one Truth a line; .png, one
+    picture a ping in that style, one where it is not given. Raises OdsError: a bad file or option, or a scene that the
+    format cannot carry.
     """
     if out.suffix not in PING_WRITERS:
         raise OdsError(f"{out}: the ending must be one of {', '.join(PING_WRITERS)}")

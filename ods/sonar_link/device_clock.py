@@ -16,7 +16,7 @@ class DeviceClock:
         self._counters = counters
 
     def local_ns(self, device_ns: int, arrival_ns: int) -> int:
-        """Return the CLOCK_MONOTONIC time of `device_ns`, which a message that came at `arrival_ns` tells, ns."""
+        """Return the CLOCK_MONOTONIC time of `device_ns`, sent in a message that came at `arrival_ns`, ns."""
         jumps, wild = self._estimator.jumps, self._estimator.wild
         t_ns = self._estimator.map(device_ns, arrival_ns)
         self._counters["device_clock_jumps"] += self._estimator.jumps - jumps

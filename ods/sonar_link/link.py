@@ -54,7 +54,7 @@ class SonarLink:
 
     @property
     def gather_s(self) -> float:
-        """For how long the line cannot have completed the ping under way: to pause so long delays none."""
+        """For how long the line cannot have completed the ping under way: a pause of this length delays none."""
         return min(LONGEST_GATHER_S, self._protocol.missing_bytes * self._byte_s)
 
     def read(self, now_ns: int) -> list[Ping] | None:

@@ -1,4 +1,4 @@
-"""What a sonar is to be set to, and whether it took it. Pure: the caller tells the time and what the sonar said.
+"""What a sonar is to be set to, and whether it took it. Pure: the caller passes the time and the sonar's reports.
 
 A setting is ordered by the configuration or by a planner. It is asked for after each connection and after each order.
 What the sonar says of itself says whether it took effect; if not, it is asked for again, a limited number of times. A
@@ -45,9 +45,9 @@ class Knob:
     relative: float = 0.0
     """The same as a share of it: a sonar has its own steps."""
 
-    def fits(self, wanted: float, told: float) -> bool:
+    def fits(self, wanted: float, reported: float) -> bool:
         """Return whether what the sonar says is what was asked for."""
-        return math.isfinite(told) and abs(told - wanted) <= self.tolerance + self.relative * abs(wanted)
+        return math.isfinite(reported) and abs(reported - wanted) <= self.tolerance + self.relative * abs(wanted)
 
 
 KNOBS: dict[str, Knob] = {
@@ -111,7 +111,7 @@ class Orders:
         `attempts`: how often at most.
         """
         self.counters: Counter[str] = Counter() if counters is None else counters
-        self.told: Controls | None = None
+        self.reported: Controls | None = None
         """What the sonar last said of itself; None: nothing yet."""
         self._settable = settable
         self._orders = {name: Order(name, value) for name, value in wanted.items()}
@@ -127,7 +127,7 @@ class Orders:
             order.renew()
 
     def objection(self, name: str) -> str:
-        """Say why planners cannot ask this sonar for a setting, '' when they can."""
+        """Return why planners cannot ask this sonar for a setting, '' when they can."""
         return "" if name in self._settable else f"{name}: this sonar cannot be asked for its {KNOBS[name].name}"
 
     def wish(self, name: str, value: float) -> None:
@@ -155,11 +155,11 @@ class Orders:
                 due.append(order)
         return due
 
-    def hear(self, told: Controls, now_ns: int) -> None:
-        """Take what the sonar says of itself."""
-        self.told = told
+    def hear(self, reported: Controls, now_ns: int) -> None:
+        """Take the settings that the sonar reports."""
+        self.reported = reported
         for name, order in self._orders.items():
-            if KNOBS[name].fits(order.value, getattr(told, name)):
+            if KNOBS[name].fits(order.value, getattr(reported, name)):
                 order.state, order.due, order.is_wish, order.before = OrderState.TAKEN, False, False, None
             elif order.state is OrderState.TAKEN:
                 self.counters["control_lost"] += 1
@@ -173,19 +173,23 @@ class Orders:
         return self._orders[name].state
 
     def problems(self) -> list[str]:
-        """Say in plain words what the sonar would not do."""
+        """Return the settings that the sonar did not accept, a text each."""
         return [text for name in self._orders if (text := self.failure(name))]
 
     def failure(self, name: str) -> str:
-        """Say why the order of a setting failed, '' when it did not."""
+        """Return why the order of a setting failed, '' when it did not."""
         knob, order = KNOBS[name], self._orders[name]
         if order.state is not OrderState.FAILED:
             return ""
-        said = f"it says {getattr(self.told, name):g} {knob.unit}" if self.told else "it has not said what it has"
+        said = (
+            f"it reports {getattr(self.reported, name):g} {knob.unit}"
+            if self.reported
+            else "it has not reported its settings"
+        )
         what = f"{knob.name} {order.value:g} {knob.unit}"
         if order.refusal:
             return f"the sonar refused {what} ({order.refusal}): {said}"
-        return f"the sonar did not take {what}: {said}"
+        return f"the sonar did not accept {what}: {said}"
 
 
 def configured_orders(settings: SonarSettings, counters: "Counter[str]") -> Orders:

@@ -47,7 +47,7 @@ class BeamTable:
         if np.array_equal(rows, np.arange(beams)):
             return self
         if np.any(rows >= beams):
-            raise ValueError(f"beam table: no beam {rows.max()} among {beams}")
+            raise ValueError(f"beam table: beam {rows.max()} does not exist, there are {beams}")
         width = self.width_rad[rows] if self.width_rad.size else self.width_rad
         return make_beam_table(self.bearing_rad[rows], self.elevation_rad[rows], width)
 
@@ -84,7 +84,7 @@ def make_beam_table(bearing_rad: ArrayLike, elevation_rad: ArrayLike, width_rad:
         raise ValueError(f"beam table: {bearing.size} bearings and {elevation.size} elevations")
     # written so that NaN is refused
     if not (np.all(np.abs(bearing) <= math.pi) and np.all(np.abs(elevation) <= math.pi / 2)):
-        raise ValueError("beam table: an angle is not a number, or no angle")
+        raise ValueError("beam table: an angle is not a number, or out of range")
     if not (width.size == bearing.size and np.all((width > 0.0) & (width <= math.pi))):
         width = np.empty(0)
     return BeamTable(bearing, elevation, width, _planes(bearing, elevation))
@@ -164,13 +164,15 @@ def build_range_ping(frame: AnyArray, geometry: Geometry, stamp: Stamp, grid: Ra
     """
     elevation = np.asarray(grid.elevation_rad)
     if frame.dtype.kind != "u" or frame.shape[1:] != elevation.shape or not np.all(np.diff(elevation) > 0.0):
-        raise ValueError(f"frame: {frame.shape} of {frame.dtype} is no image of ranges in {elevation.size} elevations")
+        raise ValueError(
+            f"frame: {frame.shape} of {frame.dtype} is not an image of ranges in {elevation.size} elevations"
+        )
     _refuse_outside("range_max_m", grid.range_max_m, 0.01, MAX_RANGE_M)
     return msgspec.structs.replace(build_ping(frame, geometry, stamp), range_grid=grid)
 
 
 def runs_beyond(lengths: ArrayLike, samples: int) -> Runs:
-    """Return `Ping.no_data` of beams of which only the first `lengths`, (beams,), of so many samples hold data."""
+    """Return `Ping.no_data` of beams of which only the first `lengths`, (beams,), of the samples hold data."""
     return [(beam, length, samples) for beam, length in enumerate(np.asarray(lengths).tolist()) if length < samples]
 
 

@@ -1,4 +1,4 @@
-"""What the numbers that a sonar gives its pings tell of those that never came."""
+"""Lost pings, counted by the numbers that a sonar gives its pings."""
 
 from collections import Counter
 

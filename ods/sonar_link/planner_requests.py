@@ -1,4 +1,4 @@
-"""Requests of planners that wait for the sonar to take a setting. Pure: the caller tells the time.
+"""Requests of planners that wait for the sonar to take a setting. Pure: the caller passes the time.
 
 A later request for the same setting replaces an earlier one, so no more wait than there are settings.
 """
@@ -36,11 +36,11 @@ class PlannerRequests:
         """Take one request; one that orders nothing is answered at once with what the sonar says of itself."""
         wanted = {name: value for name in KNOBS if (value := getattr(request, name)) is not None}
         for name, value in wanted.items():
-            objection = self._orders.objection(name) if math.isfinite(value) else f"{name}: {value} is no number"
+            objection = self._orders.objection(name) if math.isfinite(value) else f"{name}: {value} is not a number"
             if objection:
                 return self._answer(peer, objection)
         if not wanted:
-            return self._answer(peer, "" if self._orders.told else "the sonar has not said anything yet")
+            return self._answer(peer, "" if self._orders.reported else "the sonar has not reported its settings yet")
         for earlier in self._waiting:
             if earlier.names & wanted.keys():
                 self._answer(earlier.peer, "replaced by a later request")
@@ -69,8 +69,8 @@ class PlannerRequests:
         self._orders.drop_failed_wishes()
 
     def _answer(self, peer: Peer, reason: str) -> None:
-        told = self._orders.told
-        values = {name: _finite(getattr(told, name)) for name in KNOBS} if told else {}
+        reported = self._orders.reported
+        values = {name: _finite(getattr(reported, name)) for name in KNOBS} if reported else {}
         self._send(peer, SonarAnswer(ok=not reason, reason=reason, **values))
 
 

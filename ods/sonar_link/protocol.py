@@ -29,7 +29,7 @@ from ods.sonar_link.orders import Orders
 
 
 class SonarProtocol(ABC):
-    """One sonar, or all sonars on one line, as their telegrams tell of them.
+    """One sonar, or all sonars on one line, by their telegrams.
 
     All times are CLOCK_MONOTONIC, ns. No method raises for anything that came from outside: what cannot be used is
     dropped and counted in `counters`, in a name that has a row in the counter table. Work and memory are bounded
@@ -73,7 +73,7 @@ class SonarProtocol(ABC):
     def missing_bytes(self) -> int:
         """How many bytes at least must come before the telegram under way is whole; 0 when not known.
 
-        So long the process may sleep on a serial line and let bytes gather: fewer and larger reads.
+        Time for which the process may sleep on a serial line to gather bytes: fewer and larger reads.
         """
         return 0
 
@@ -119,16 +119,17 @@ class SonarProtocol(ABC):
         """
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say in plain words what is wrong with the sonar, '' for nothing: one item each. Silence is said elsewhere."""
+        """Return the sonar's problems, a text each. Silence is reported elsewhere."""
         return self.orders.problems()
 
     @abstractmethod
     def traffic(self, seconds: float) -> str:
-        """Say what whole telegrams came within these seconds, since this object was made: `records 7000 at 9.9 Hz`.
+        """Return the complete telegrams of these seconds, since this object was made, as text: `records 7000 at 9.9
+        Hz`.
 
         '' when none came. For `ods doctor --listen`.
         """
 
     @abstractmethod
     def diagnosis(self, seconds: float) -> str:
-        """Say why no ping came within these seconds, and what to do about it. For `ods doctor --listen`."""
+        """Return why no ping came within these seconds, and what to do about it. For `ods doctor --listen`."""

@@ -88,7 +88,7 @@ def sonar_protocol(name: str, *, transports: Set[Transport], sonars: str, knobs:
 
 
 def objection(settings: "SonarSettings") -> str:
-    """Say which of the settings its protocol, or none, can do: "port: ..."; "" when it can all."""
+    """Return the first setting that its protocol cannot do, as "port: ..."; "" when it can do all."""
     row = PROTOCOLS.get(settings.protocol)
     if row is None:
         return f"protocol: {none_of(settings.protocol, PROTOCOLS)}"

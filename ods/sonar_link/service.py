@@ -26,7 +26,7 @@ LONGEST_READING_S = 0.2
 LOGGED = logged_names("sonar")
 """Counters whose first count is worth a line in the log."""
 LOSSES = frozenset(name for name in trouble_names("sonar") if not name.startswith(("port_", "control_")))
-"""Counters that tell why what comes is no ping."""
+"""Counters that show why the data received are no ping."""
 
 
 class SonarWorker(Worker[SonarConfig]):
@@ -78,21 +78,21 @@ class SonarWorker(Worker[SonarConfig]):
         self._planners.answer(now)
         for name in LOGGED & ((+self._counters).keys() - self._logged):
             self._logged.add(name)
-            log.warning("first %s (counted from now on)", name)
+            log.warning("first %s (logged once, then counted)", name)
 
     def ready(self) -> bool:
         """Return whether the port has been opened."""
         return self._counters["port_opens"] > 0
 
     def problems(self) -> list[str]:
-        """Say whether the port is away, the sonar silent or disobedient."""
+        """Return whether the port is away, the sonar silent or disobedient."""
         now = clock.monotonic_ns()
         silence_s = (now - self._newest_ns) / clock.NS
         silence = [f"no ping for {silence_s:.1f} s{self._lost()}"] if silence_s > self._pace.patience_s else []
         return self._link.faults + silence + self._protocol.problems(now)
 
     def _lost(self) -> str:
-        """Say what came in place of pings since the newest one; '' where it was nothing.
+        """Return what came in place of pings since the newest one; '' where it was nothing.
 
         Of an overloaded computer it is said first: the line's buffers run over.
         """

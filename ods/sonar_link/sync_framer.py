@@ -12,7 +12,7 @@ from typing import ClassVar, Generic, NamedTuple, Protocol, TypeVar
 MAX_PACKET_BYTES = 4 * 1024 * 1024
 """No sonar here sends more: the Norbit's document has 1,048,768."""
 CHECKED_AGAIN = 8
-"""A byte may be checked so many times."""
+"""Most times that a byte may be checked."""
 
 
 class Sized(Protocol):
@@ -52,7 +52,7 @@ class ChecksumBudget:
         self._left = min(self._left + CHECKED_AGAIN * count, self._most)
 
     def allows(self, size: int) -> bool:
-        """Return whether a packet of so many bytes may be checked, and take that off."""
+        """Return whether a packet of this number of bytes may be checked, and subtract that."""
         if size > self._left:
             return False
         self._left -= size
@@ -85,11 +85,11 @@ class SyncFramer(ABC, Generic[HeaderT]):
 
     @abstractmethod
     def _fault_of_head(self) -> str | None:
-        """Say why the buffer's front begins no packet; '' when it does; None when too few bytes tell."""
+        """Return why the buffer's front begins no packet; '' when it does; None when there are too few bytes."""
 
     @abstractmethod
     def _fault_of_content(self, header: HeaderT) -> str:
-        """Say why the whole packet at the front cannot be one, '' when it can."""
+        """Return why the whole packet at the front cannot be one, '' when it can."""
 
     def feed(self, data: bytes | bytearray | memoryview, t_ns: int = 0) -> list[Packet[HeaderT]]:
         """Take the next bytes of the stream, read at `t_ns`; return the packets that they complete."""

@@ -20,7 +20,7 @@ GIF_UNIT_MS = 10
 LEAST_MS = 20
 """Browsers show what is to be seen for less as if it were 100 ms: frames are left out instead."""
 LAST_MS = 2000
-"""The last picture stands so long before it begins anew."""
+"""Time for which the last frame stands before the movie restarts, ms."""
 
 
 class Movie:

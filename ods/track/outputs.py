@@ -27,7 +27,7 @@ from ods.offline.tracks_file import TracksFile
 from ods.plots.style import refuse_undrawable
 
 SETTLE_S = 3.0
-"""From the first sight of an object until it counts as missed, as on the bench."""
+"""Time from the first observation of an object until it counts as missed, as on the bench."""
 MOVIES = (".webp", ".gif")
 
 
@@ -64,7 +64,7 @@ class Outputs:
         self._geo = None
         if wanted.geojson is not None:
             if source.frame is None:
-                raise OdsError("--geojson: the file does not tell where on earth it was: --config with [site] does")
+                raise OdsError("--geojson: the file has no geographic position: give --config with [site]")
             self._geo = Tracks(source.frame)
         if wanted.movie is not None:
             from ods.track.movie import Movie
@@ -73,18 +73,18 @@ class Outputs:
 
     def take(self, step: Step) -> None:
         """Take what came of one ping."""
-        told, record = step.list, self._record
+        latest, record = step.list, self._record
         self._tracks.add(step)
-        self._ids |= {obstacle.id for obstacle in told.obstacles}
+        self._ids |= {obstacle.id for obstacle in latest.obstacles}
         self._detections += len(step.detections.detections)
-        record.lists.append((told.made_ns, told))
+        record.lists.append((latest.made_ns, latest))
         record.image = step.ping, step.detections
         if self._wanted.json:
-            print(msgspec.json.encode(told).decode())
+            print(msgspec.json.encode(latest).decode())
         if self._geo is not None:
-            self._geo.add(told.utc_ns, told)
+            self._geo.add(latest.utc_ns, latest)
         if self._movie is not None and self._movie.wants(self._seen):
-            self._movie.add(self._view(), told.t_ns)
+            self._movie.add(self._view(), latest.t_ns)
         self._seen += 1
 
     def _view(self) -> View:
@@ -112,7 +112,7 @@ class Outputs:
         if self._movie is not None and wanted.movie is not None:
             _written(wanted.movie, partial(self._movie.save, wanted.movie))
 
-    def tell(self, counters: "Counter[str]") -> None:
+    def report(self, counters: "Counter[str]") -> None:
         """Print what came of it; beside JSON lines on standard error."""
         console = Console(stderr=self._wanted.json, highlight=False)
         found = f"{self._seen} pings, {self._detections} detections, {len(self._ids)} objects"

@@ -53,13 +53,13 @@ def run(args: Namespace) -> None:
         for step in mission.steps(_shown(run_, args.file.name), run_.source.poses):
             outputs.take(step)
         outputs.write()
-    outputs.tell(mission.counters)
+    outputs.report(mission.counters)
 
 
 def _track_scenario(args: Namespace) -> None:
     asked = [name for name in ("json", "geojson", "plot", "movie", "pings") if getattr(args, name)]
     if asked:
-        raise OdsError(f"--{asked[0]}: {args.file} is a scenario of detections, which gives --out only")
+        raise OdsError(f"--{asked[0]}: {args.file} is a scenario of detections, for which only --out is written")
     if args.out is None:
         raise OdsError("--out: say where the tracks of the scenario go")
     refuse_unwritable(args.out, read=(args.file, args.config))

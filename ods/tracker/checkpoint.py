@@ -1,4 +1,4 @@
-"""What the tracker leaves in the run folder at every list: one that was killed goes on with the same objects."""
+"""Checkpoints in the run folder, written at every list: a restarted tracker continues with the same objects."""
 
 import hashlib
 from collections.abc import Callable
@@ -21,12 +21,12 @@ KindT = TypeVar("KindT")
 NO_BASE = 0
 MOST_CHANGES = 200
 """Changes to the map's objects that a checkpoint carries; with more, or a share of 1 / SHARE of all, these are written
-anew, to a file of their own."""
+again, to a file of their own."""
 SHARE = 20
 
 
 class Mission(msgspec.Struct, frozen=True):
-    """Where a tracker is in its work."""
+    """State of a tracker at work."""
 
     tracker: TrackerState
     map_changes: MapChanges
@@ -50,7 +50,7 @@ class Checkpoint(msgspec.Struct, frozen=True):
     """The content of one file."""
 
     digest: str
-    """Of what the tracker was told to do."""
+    """Of version and settings."""
     t_ns: int
     """CLOCK_MONOTONIC."""
     next_id: int
@@ -67,17 +67,17 @@ class Base(msgspec.Struct, frozen=True):
     objects: list[MapObject]
 
 
-class Left(NamedTuple):
-    """What a former tracker left."""
+class PreviousState(NamedTuple):
+    """State left by a former tracker."""
 
     next_id: int | None = None
     """From here on it gave no ids; None: there was none since the computer was started."""
     lost: bool = False
     """There was one, and which ids it gave is not known."""
     same: bool = False
-    """It was told to do the same."""
+    """It had the same version and settings."""
     mission: Mission | None = None
-    """Where to go on; None: it was told otherwise, or too long ago."""
+    """State to restore; None: it had other settings, or is too old."""
     known: list[MapObject] = []  # noqa: RUF012
     """Its objects that belong in the map."""
 
@@ -90,36 +90,36 @@ class Checkpoints:
     """
 
     def __init__(self, run_dir: Path, settings: Settings, complain: Callable[[str, str], None]) -> None:
-        """`settings`: what the tracker is told to do; `complain` takes a counter's name and a line."""
+        """`settings`: those of the tracker; `complain` takes a counter's name and a line."""
         self._file = KeptFile(run_dir / "tracker.checkpoint")
         self._base_files = [KeptFile(run_dir / f"tracker.map-objects-{turn}") for turn in (0, 1)]
         self._writer = KeptWriter()
-        told = msgspec.json.encode((ods.__version__, settings), enc_hook=str)
-        self._digest = hashlib.sha256(told).hexdigest()
+        configured = msgspec.json.encode((ods.__version__, settings), enc_hook=str)
+        self._digest = hashlib.sha256(configured).hexdigest()
         self._complain = complain
         self._encoder = msgspec.msgpack.Encoder()
         self._base = self._newest_base = NO_BASE
         self._base_size = 0
 
-    def read(self, now_ns: int, within_s: float) -> Left:
+    def read(self, now_ns: int, within_s: float) -> PreviousState:
         """Return what a former tracker left; where to go on only if it was at work within the last `within_s`."""
         try:
             checkpoint = _decoded(self._file, Checkpoint)
         except (KeptFileError, msgspec.DecodeError) as error:
-            self._complain("checkpoint_unusable", f"the tracker begins anew: {error}")
-            return Left(lost=True)
+            self._complain("checkpoint_unusable", f"starting without a checkpoint: {error}")
+            return PreviousState(lost=True)
         if checkpoint is None:
-            return Left()
+            return PreviousState()
         self._newest_base = checkpoint.base
         same = checkpoint.digest == self._digest
         age_s = (now_ns - checkpoint.t_ns) / NS
         if not same or checkpoint.mission is None or not 0.0 <= age_s <= within_s:
-            return Left(checkpoint.next_id, same=same)
+            return PreviousState(checkpoint.next_id, same=same)
         changes = checkpoint.mission.map_changes
         known = {o.id: o for o in self._base_objects(checkpoint.base)} | {o.id: o for o in changes.put}
         for number in changes.remove:
             known.pop(number, None)
-        return Left(checkpoint.next_id, same=True, mission=checkpoint.mission, known=list(known.values()))
+        return PreviousState(checkpoint.next_id, same=True, mission=checkpoint.mission, known=list(known.values()))
 
     def _base_objects(self, number: int) -> list[MapObject]:
         if number == NO_BASE:

@@ -1,14 +1,14 @@
-"""Which ids new objects get: none twice, whatever is lost."""
+"""Ids of new objects: none is given twice, whatever is lost."""
 
 import secrets
 
 PROVISIONAL_IDS, ABOVE_ALL = 1 << 30, 1 << 31
-"""From here on ids are those given while the map could not be read; they do not tell which ordinary ones are free. All
+"""From here on ids are those given while the map could not be read; they do not show which ordinary ones are free. All
 new ids fit in 32 bits, with a sign; maps of before have provisional ones up to 2^53."""
 MOST_A_MISSION = 1 << 20
 """No mission gives more provisional ids."""
 ID_BLOCK = 1000
-"""Ids are reserved on disk by so many at a time."""
+"""Number of ids reserved on disk at a time."""
 
 
 def provisional_first_id() -> int:

@@ -1,4 +1,4 @@
-"""Who gets what, so that the sum of gains is the largest possible: linear assignment by shortest augmenting paths."""
+"""Linear assignment by shortest augmenting paths: the pairs with the largest sum of gains."""
 
 import numpy as np
 
@@ -11,8 +11,8 @@ NONE = -1
 def best_columns(gain: Floats) -> Indices:
     """Return the column (rows,) that each row of `gain` (rows, columns) is given; -1: none, where columns are fewer.
 
-    The sum of gains is the largest that so many pairs can have. Of several such assignments it returns the one that
-    scipy.optimize.linear_sum_assignment returns. Raises ValueError where a row has no gain that is a finite number.
+    The sum of gains is the largest that this number of pairs can have. Of several such assignments it returns the one
+    that scipy.optimize.linear_sum_assignment returns. Raises ValueError where a row has no finite gain.
     """
     rows, columns = gain.shape
     if rows <= columns:
@@ -26,5 +26,5 @@ def _cheapest_columns(cost: Floats) -> Indices:
     """Return the column (rows,) of each row of `cost` (rows, columns >= rows) that makes the sum of costs the least."""
     column_of = np.empty(len(cost), np.intp)
     if not native.assign_columns(cost, column_of):
-        raise ValueError("a row has no gain that is a finite number")
+        raise ValueError("a row has no finite gain")
     return column_of

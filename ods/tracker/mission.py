@@ -1,4 +1,4 @@
-"""What the tracker process does between messages in and obstacle lists out: no sockets, no files, no clock of its own.
+"""The tracker from messages to obstacle lists, without sockets, files or a clock of its own.
 
 The process (`service`), files (`ods track`) and recordings (`ods replay`) give it the same messages and the time.
 """
@@ -25,7 +25,7 @@ from ods.tracker.outline.outlines import Outlines
 from ods.tracker.outline.seen import seen_from
 from ods.tracker.output.bottom import Bottom, bottom_below
 from ods.tracker.output.closest_approach import Course
-from ods.tracker.output.hittable import HittableFilter
+from ods.tracker.output.hittable import ReportableFilter
 from ods.tracker.output.multipath import marked
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.pose_sense import PoseSense
@@ -44,17 +44,17 @@ SLOWEST = 1400.0
 """Sound speed, m/s, where it is not reported."""
 
 Complain = Callable[[str, str], None]
-"""Takes a counter's name and a line: what is lost is counted, and said once."""
+"""Takes a counter's name and a line: each loss is counted, the first one is logged."""
 
 
-class Told(NamedTuple):
-    """What one ping led to."""
+class TrackedPing(NamedTuple):
+    """Results of one ping."""
 
     message: ObstacleList
     hibernated: list[MapObject]
-    """What belongs in the map from now on,"""
+    """Objects that belong in the map from now on."""
     gone: list[int]
-    """and what does not any more."""
+    """Ids of objects that no longer do."""
 
 
 class MissionTracker:
@@ -88,7 +88,7 @@ class MissionTracker:
         """Of the pose, behind the newest ping."""
         self._poses_until, self._poses_heard = -1, 0
         self._lister = ObstacleLister(self.settings.planner, self.settings.motion, self.settings.bottom)
-        self._hittable = HittableFilter(self.settings)
+        self._hittable = ReportableFilter(self.settings)
         self._outlines = Outlines()
         self.vetoes = Vetoes()
         self._present: list[Obstacle] = []
@@ -110,7 +110,7 @@ class MissionTracker:
         self.counters[name] += 1
 
     def restore(self, mission: Mission, known: list[MapObject], first_id: int) -> None:
-        """Go on where a former tracker was. Raises ValueError when that makes no sense; this one is of no use then."""
+        """Restore the state of a former tracker. Raises ValueError for an invalid state; this one is unusable then."""
         self.tracker.restore(mission.tracker, known, first_id)
         self._lister.restore(mission.announced)
         self.vetoes = Vetoes(mission.vetoes)
@@ -134,8 +134,9 @@ class MissionTracker:
             vetoes=self.vetoes.state(),
         )
 
-    def hear_pose(self, pose: Pose, now_ns: int | None = None) -> None:
-        """Take in a pose; one from the future, if `now_ns` tells, is dropped: it would keep all others out for long."""
+    def add_pose(self, pose: Pose, now_ns: int | None = None) -> None:
+        """Take in a pose. One later than `now_ns`, where that is given, is dropped: it would exclude all others for
+        long."""
         if now_ns is not None and pose.t_ns > now_ns + FUTURE_NS:
             self._complain("poses_from_future", f"pose {pose.seq} is stamped in the future")
             return
@@ -150,15 +151,15 @@ class MissionTracker:
         self._utc.hear(pose)
 
     def problems(self) -> list[str]:
-        """Say what is wrong beside the reasons why a list is not valid."""
+        """Return the problems besides the reasons why a list is not valid, a text each."""
         return [each for each in (self._pose_sense.disagreement, self._common_errors.problem()) if each]
 
-    def hear_health(self, health: Health) -> None:
+    def add_health(self, health: Health) -> None:
         """Take in what a process says of itself."""
         self._inputs.health(health)
 
     def follow_utc(self, now_ns: int) -> list[MapObject]:
-        """Follow the UTC that the poses tell; return the objects of the map that this restamps."""
+        """Follow the UTC of the poses; return the objects of the map that this restamps."""
         moved = self._utc.follow(now_ns)
         if moved is None:
             return []
@@ -166,12 +167,12 @@ class MissionTracker:
         self._complain("utc_steps", f"UTC steps by {step_s:+.1f} s: stamps since the start go with it")
         return self.tracker.restamp(moved)
 
-    def track(self, message: Detections, now_ns: int) -> Told | None:
+    def track(self, message: Detections, now_ns: int) -> TrackedPing | None:
         """Take in the detections of a ping; None: they came late, or from the future."""
         if message.t_ns > now_ns + FUTURE_NS:
             self._complain("detections_from_future", f"ping {message.ping_number} is stamped in the future")
             return None
-        if message.t_ns == self.tracker.t_ns:  # twice the same would count as two looks
+        if message.t_ns == self.tracker.t_ns:  # the same ping twice would count as two scans
             self._complain("detections_late", f"ping {message.ping_number} is of the instant of the one before")
             return None
         pose = None if self._jumps_within(message) else self._poses.at(message.t_ns)
@@ -191,25 +192,27 @@ class MissionTracker:
             self._outlines.look(snapshot, seen, sent, utc_ns)
         self._half_vertical = message.sector.half_vertical_rad
         self._inputs.ping(message.t_ns, message.turn_s)
-        self._inputs.sight(message.t_ns, message.unseen_share, message.unseen_why, pose_known=scan.vehicle is not None)
+        self._inputs.observed(
+            message.t_ns, message.unseen_share, message.unseen_why, pose_known=scan.vehicle is not None
+        )
         self.counters["echoes_bad"] += dropped
         self.counters["pings_without_pose"] += scan.vehicle is None
         if outcome.ended is not None:
             self._lister.end(outcome.ended)
         gone = [] if outcome.ended is None else outcome.ended.id.tolist()
-        return Told(self._list(now_ns, message, pose, snapshot), outcome.hibernated, gone)
+        return TrackedPing(self._list(now_ns, message, pose, snapshot), outcome.hibernated, gone)
 
     def _jumps_within(self, message: Detections) -> bool:
-        """Return whether the pose jumped while the ping's echoes came in; begin anew if it did before.
+        """Return whether the pose jumped while the ping's echoes came in; start again if it did before.
 
         What was tracked before a jump would be ghosts after it, beside the same objects at their new places.
         """
         passed = [t_ns for t_ns in self._jumps_ns if t_ns <= message.t_ns]
         if passed:
-            self._lister.end(self.tracker.begin_anew())
+            self._lister.end(self.tracker.begin_again())
             self.vetoes.end_all("the pose jumped")
-            self._common_errors.begin_anew()
-            self._inputs.begin_anew(message.t_ns, "the pose jumped")
+            self._common_errors.begin_again()
+            self._inputs.begin_again(message.t_ns, "the pose jumped")
         self._jumps_ns = self._jumps_ns[len(passed) :]
         speed = message.sound_speed or SLOWEST
         heard_ns = message.t_ns + round(2.0 * message.sector.range_max_m / speed * clock.NS)
@@ -254,7 +257,7 @@ class MissionTracker:
         return head_of(self._poses.at(t_ns), self._mounting)
 
     def _pings_between(self, seq: int) -> int:
-        """Return how many pings there were, since the last one tracked, whose images nobody looked at."""
+        """Return the number of pings since the last one tracked whose images were not processed."""
         last, self._ping_seq = self._ping_seq, seq
         return 0 if last is None else max(0, seq - last - 1)
 
@@ -327,4 +330,4 @@ class MissionTracker:
         newest_ns = self.tracker.t_ns
         if newest_ns is None:
             return snapshot
-        return snapshot.carried_on(max(0, t_ns - newest_ns) / clock.NS, self.settings.motion)
+        return snapshot.extrapolated(max(0, t_ns - newest_ns) / clock.NS, self.settings.motion)

@@ -16,7 +16,7 @@ from ods.base.arrays import Floats, Mask
 from ods.compiled import native
 
 GROWTH = 2
-"""A table without room for new objects gets so many times what it needs."""
+"""Growth factor of a table without room for new objects."""
 
 RowNames = TypeVar("RowNames", bound=tuple[Any, ...])
 
@@ -67,7 +67,7 @@ class TrackTable(Generic[RowNames]):
         return int(self.table.shape[-1])
 
     def extend(self, count: int) -> None:
-        """Append so many objects, all numbers 0."""
+        """Append a number of objects, all numbers 0."""
         old = len(self)
         if self._height * (old + count) > len(self._cells):
             self._cells = np.zeros(GROWTH * self._height * (old + count), np.int64)
@@ -76,7 +76,7 @@ class TrackTable(Generic[RowNames]):
         self._has(old + count)
 
     def grow(self, count: int) -> RowNames:
-        """Append so many objects, all numbers 0, and return their rows to be filled in."""
+        """Append a number of objects, all numbers 0, and return their rows to be filled in."""
         old = len(self)
         self.extend(count)
         return self._record(*self.table[..., old:])
@@ -92,7 +92,7 @@ class TrackTable(Generic[RowNames]):
         self._has(native.table_keep(self._cells, self._height, mask))
 
     def _has(self, count: int) -> None:
-        """Lay the table out anew, for so many objects."""
+        """Lay the table out again, for a number of objects."""
         self.table = self._cells[: self._height * count].view(self._dtype).reshape(*self._shape, count)
         self._rows = None
 

@@ -1,4 +1,4 @@
-"""What the image that comes should show of the objects: all that is computed of them before it is looked at, once."""
+"""Prediction of the next scan: all that is computed of the objects, once, before its echoes are used."""
 
 from typing import NamedTuple
 
@@ -28,7 +28,7 @@ class ScanPrediction(NamedTuple):
     vehicle: Vehicle
     fan: Coverage
     belief: Belief
-    """Hypotheses of how each object moves, carried on to the ping,"""
+    """Hypotheses of how each object moves, predicted to the time of the ping,"""
     estimate: Estimate
     """and their moments."""
     by_hypothesis: Named[PredictedMeasurement]
@@ -42,13 +42,13 @@ class ScanPrediction(NamedTuple):
     reported: Mask
     """(n,) confirmed objects, hibernated ones too."""
     vague: Mask
-    """(n,) those silent for so long that they take no single echo, which may be a false alarm: they are found again by
-    a new object that is confirmed there."""
+    """(n,) objects silent for such a time that they take no single echo, which may be a false alarm: they are found
+    again by a new object that is confirmed there."""
 
 
 def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: TrackerSettings) -> ScanPrediction:
-    """Return what `scan`, taken from `vehicle`, should show of `tracks`, which are carried on to it."""
-    belief, estimate = tracks.told()
+    """Return what `scan`, taken from `vehicle`, should show of `tracks`, which are predicted to its time."""
+    belief, estimate = tracks.belief_and_moments()
     by_hypothesis = predicted_measurement(
         belief.position, belief.variance, belief.covariance_ne, vehicle, belief.by_height
     )

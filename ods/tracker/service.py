@@ -27,8 +27,8 @@ from ods.tracker.warm_up import warm_up
 log = logging.getLogger(__name__)
 
 MAP_WAIT_S, OVERLOADED_MAP_WAIT_S = 1.0, 20.0
-"""The first list waits so long for the map to be read, or, where the computer is overloaded, up to the latter; a disk
-that takes longer costs its objects, and their ids, until it is there."""
+"""Time for which the first list waits for the map to be read, s, or, where the computer is overloaded, up to the
+latter; a disk that takes longer costs its objects, and their ids, until it is there."""
 
 
 class TrackerWorker(Worker[TrackerProcessConfig]):
@@ -44,7 +44,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         self._checkpoints = Checkpoints(service.run_dir, makes_it, service.complain_once)
         self._map = MapKeeper(settings.tracker.map, origin_deg, service.run_dir, service.complain_once)
         self._least_id = 1
-        self._told: set[int] = set()
+        self._listed: set[int] = set()
         """Ids of the last list."""
         self._mission: MissionTracker
         self._clearance = ClearanceKeeper(settings.tracker.clearance)
@@ -52,7 +52,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         self._orders = 0
 
     def start(self) -> None:
-        """Go on where a tracker that was killed left off, and warm up while the map is read."""
+        """Continue from the checkpoint of a killed tracker, and warm up while the map is read."""
         self._take_over()
         self._look_after_map(clock.monotonic_ns())
         warm_up(self.settings.tracker)
@@ -81,13 +81,13 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         try:
             self._mission.restore(mission, left.known, first_id)
         except ValueError as error:
-            self.service.complain_once("checkpoint_unusable", f"the tracker begins anew: {error}")
+            self.service.complain_once("checkpoint_unusable", f"starting without a checkpoint: {error}")
             self._mission = self._new_mission(first_id)
             return
         unwritten = set(mission.unwritten)
         self._map.note([o for o in left.known if o.id in unwritten], mission.undeleted)
         count = len(self._mission.tracker.snapshot())
-        log.warning("goes on with the %d objects of a tracker that was killed", count)
+        log.warning("restored %d objects from the checkpoint of the tracker that was killed", count)
 
     def _new_mission(self, first_id: int) -> MissionTracker:
         service, now_ns = self.service, clock.monotonic_ns()
@@ -102,7 +102,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         )
 
     def _leave(self, now_ns: int) -> None:
-        """Leave to a next tracker what it needs to go on."""
+        """Write the checkpoint for a next tracker."""
         tracker, pending = self._mission.tracker, self._map.pending
         try:
             if self._checkpoints.base_due(tracker.map_changes()):
@@ -115,11 +115,11 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
     def handle(self, topic: str, message: Any) -> None:
         """Take one message; detections wait for the end of the round, when all poses are in."""
         if topic == "pose":
-            self._mission.hear_pose(message, clock.monotonic_ns())
+            self._mission.add_pose(message, clock.monotonic_ns())
         elif topic == "detections":
             self._backlog.add(message, message.seq, message.t_ns)
         else:
-            self._mission.hear_health(message)
+            self._mission.add_health(message)
 
     def tick(self) -> None:
         """Track the pings that came, or the newest if that is all there is time for; say so when none come.
@@ -137,7 +137,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         self._look_after_map(now_ns)
 
     def problems(self) -> list[str]:
-        """Say what is wrong with the map and the velocities, and that the list is not complete.
+        """Return what is wrong with the map and the velocities, and that the list is not complete.
 
         All else is in the list's own reasons.
         """
@@ -157,7 +157,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
             self._checkpoints.write(clock.monotonic_ns(), next_id, mission=None)
 
     def _follow(self, asked: Asked, now_ns: int) -> None:
-        """Carry out an operator's request, or refuse it; tell so on the bus and in the log."""
+        """Carry out an operator's request, or refuse it; report that on the bus and in the log."""
         request, refused = asked.request, ""
         try:
             self._map.note((), self._mission.follow(request, asked.author, now_ns))
@@ -182,7 +182,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         self._operators.answer(asked, VetoAnswer(ok=not refused, reason=refused, vetoes=vetoes))
 
     def _note_operators(self) -> None:
-        """Take over what the operators' socket counts, and tell which vetoes are over."""
+        """Take over what the operators' socket counts, and report which vetoes have ended."""
         for name, count in self._operators.counters.items():
             self.service.counters[name] = count
         ended, self._mission.vetoes.ended = self._mission.vetoes.ended, []
@@ -202,10 +202,10 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
 
     def _track(self, scan: Detections) -> None:
         now_ns = clock.monotonic_ns()
-        told = self._mission.track(scan, now_ns)
-        if told is not None:
-            self._map.note(told.hibernated, told.gone)
-            self._publish(told.message, scan, now_ns)
+        tracked = self._mission.track(scan, now_ns)
+        if tracked is not None:
+            self._map.note(tracked.hibernated, tracked.gone)
+            self._publish(tracked.message, scan, now_ns)
 
     def _look_after_map(self, now_ns: int) -> None:
         known = self._map.poll(now_ns, self._mission.tracker.next_id)
@@ -214,12 +214,12 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
             self._mission.tracker.join(known.objects, first_id)
 
     def _publish(self, message: ObstacleList, scan: Detections | None, now_ns: int) -> None:
-        told = {o.id for o in message.obstacles}
-        if told <= self._told:
+        listed = {o.id for o in message.obstacles}
+        if listed <= self._listed:
             self.service.publish("obstacles", message)
             self._leave(now_ns)
         else:
             self._leave(now_ns)  # or an object might be heard of that a next tracker does not know
             self.service.publish("obstacles", message)
-        self._told = told
+        self._listed = listed
         self.service.publish("clearance", self._clearance.after(message, scan))

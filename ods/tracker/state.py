@@ -1,4 +1,4 @@
-"""What a tracker knows, as plain bytes and numbers: what one that was killed leaves to the next one."""
+"""State of a tracker as plain bytes and numbers, which a killed one leaves to the next."""
 
 import msgspec
 
@@ -51,7 +51,7 @@ class MapChanges(msgspec.Struct, frozen=True):
 
 
 class Announced(msgspec.Struct, frozen=True):
-    """An object that ended, to be told in so many lists more."""
+    """An object that ended, and the number of lists that still report it."""
 
     obstacle: Obstacle
     left: int

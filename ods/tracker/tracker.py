@@ -20,11 +20,11 @@ from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of, snap
 from ods.tracker.prediction import predict_scan
 from ods.tracker.settings import PLUGINS, STATIC, TrackerSettings
 from ods.tracker.state import MapChanges, TrackerState
-from ods.tracker.track.plausibility import refuse_absurd
+from ods.tracker.track.plausibility import validate_tracks
 from ods.tracker.track.tracks import Tracks
 
 FIRST_SCANS = 2
-"""In so many images after the start all objects are new: one that is there may be missed in the very first."""
+"""Number of scans after the start in which all objects are new: one may be missed in the very first."""
 
 
 class Tracker:
@@ -70,13 +70,13 @@ class Tracker:
         return self._manager.asleep.whole()
 
     def restore(self, state: TrackerState, known: list[MapObject], next_id: int) -> None:
-        """Go on where another tracker was, of the same settings; `known`: its objects that belong in the map.
+        """Restore the state of another tracker with the same settings; `known`: its objects that belong in the map.
 
-        Raises ValueError when that makes no sense; this tracker is of no use then.
+        Raises ValueError for an invalid state; this tracker is unusable then.
         """
         self._t_ns, self._scans = state.t_ns, state.scans
         self._tracks.restore(state.tracks)
-        refuse_absurd(self._tracks, state.t_ns or 0)
+        validate_tracks(self._tracks, state.t_ns or 0)
         self._clutter.restore(state.clutter)
         self._clutter_statistics.load(state.clutter_statistics)
         self._pose_noise.restore(state.pose_noise)
@@ -91,14 +91,14 @@ class Tracker:
         tracks.predict(since_ns / NS)
         self._t_ns = scan.t_ns
         if vehicle is None or not scan.usable:
-            tracks.look_away(since_ns)
+            tracks.mark_unobserved(since_ns)
             return Outcome()
-        tracks.look_away(since_ns * scan.skipped_pings // (scan.skipped_pings + 1))
+        tracks.mark_unobserved(since_ns * scan.skipped_pings // (scan.skipped_pings + 1))
         self._scans += 1
         vehicle = self._pose_noise.take(vehicle, scan.t_ns)
         self._manager.wake(tracks, scan, vehicle)
         prediction = predict_scan(tracks, scan, vehicle, settings)
-        tracks.look_away(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
+        tracks.mark_unobserved(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
         match = match_scan(scan, prediction, self._clutter, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
         states = judge(tracks, prediction, match, self._clutter_statistics, scan, settings)
@@ -109,8 +109,8 @@ class Tracker:
             tracks.start(match.unexplained, scan, births, match.new, self._clutter_statistics)
         return outcome
 
-    def begin_anew(self) -> Snapshot:
-        """Drop all live objects, as they lie elsewhere than they are told to; return the confirmed ones that are gone.
+    def begin_again(self) -> Snapshot:
+        """Drop all live objects, as they are not at their reported positions; return the confirmed ones that are gone.
 
         Objects of the map sleep again as they were, and the next image is as the first.
         """
@@ -146,7 +146,7 @@ class Tracker:
         return live.joined(snapshot_of_map(asleep)) if asleep else live
 
     def restamp(self, moved: Restamp) -> list[MapObject]:
-        """Follow a step of UTC; return what the map has to be told."""
+        """Follow a step of UTC; return the changes for the map."""
         self._tracks.restamp(moved)
         return self._manager.asleep.restamp(moved)
 

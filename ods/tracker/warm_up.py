@@ -51,7 +51,7 @@ def _find_again(name: str) -> None:
 
 
 def _receive(table: Floats) -> None:
-    """Let echoes of several planes come back to a vehicle at rest."""
+    """Let echoes of several planes come back to a stationary vehicle."""
     zeros = np.zeros(3)
     at_rest = PoseEstimate(0, zeros, np.array([1.0, 0.0, 0.0, 0.0]), zeros, zeros, zeros, 0.0)
     motion_during_reception.at_transmission(

@@ -48,12 +48,12 @@ def run(args: Namespace) -> None:
     from ods.workbench.web import server
 
     bound = server.listening(args.port)
-    told: list[str] = []
+    links: list[str] = []
 
-    def tell(link: str) -> None:
-        print(f"for another browser: {link}" if told else f"workbench: {link}", flush=True)
-        if not told and not args.no_browser and any(os.environ.get(name) for name in SCREENS):
+    def announce(link: str) -> None:
+        print(f"for another browser: {link}" if links else f"workbench: {link}", flush=True)
+        if not links and not args.no_browser and any(os.environ.get(name) for name in SCREENS):
             threading.Thread(target=webbrowser.open, args=(link,), daemon=True).start()
-        told.append(link)
+        links.append(link)
 
-    server.serve(server.Site(frame.build, lambda: Session(state, folders, loaded)), bound, tell)
+    server.serve(server.Site(frame.build, lambda: Session(state, folders, loaded)), bound, announce)

@@ -75,4 +75,4 @@ class Session:
         with self._lock:
             before, self._history = self._history, change(self._history)
             if self._history is not before:
-                self._listeners.tell(before.state, self.state)
+                self._listeners.notify(before.state, self.state)

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.slow
 
 CONFIG = Path(__file__).parents[2] / "config"
 HERE = VehiclePath(position_ned=(0.0, 0.0, 20.0))
-Told = list[tuple[int, int, float, float, float]]
+Row = list[tuple[int, int, float, float, float]]
 """id, state, north, east, radius."""
 
 
@@ -36,14 +36,14 @@ def scene(*items: Sphere | Cylinder | Plane, depth_m: float = 25.0) -> Scene:
 
 
 def lists_of(
-    told: list[Told], loud: list[float], names: tuple[str, ...] = ("ball",), unsettled: int = 0
+    lists_of_rows: list[Row], loud: list[float], names: tuple[str, ...] = ("ball",), unsettled: int = 0
 ) -> list[Listed]:
     """Return lists a second apart; loud: signal to noise ratio of all objects in each, which are at (50, 0).
 
     unsettled: so many of the first are not valid.
     """
     lists = []
-    for k, (rows, snr_db) in enumerate(zip(told, loud, strict=True)):
+    for k, (rows, snr_db) in enumerate(zip(lists_of_rows, loud, strict=True)):
         objects = [TruthObject(name, (50.0, 0.0, 20.0), (0.0, 0.0, 0.0), 1.0, True, snr_db, 0.0) for name in names]
         truth = Truth(k, k * 10**9, k * 10**9, (0.0, 0.0, 20.0), (1.0, 0.0, 0.0, 0.0), objects)
         table = np.array(rows, np.float64).reshape(-1, 5)
@@ -98,8 +98,8 @@ def test_height_over_a_slope() -> None:
 def test_an_object_counts_from_a_second_after_it_is_loud_and_only_while_it_is() -> None:
     on, off = (1, lifecycle.ACTIVE, 50.5, 0.5, 1.0), (1, lifecycle.ACTIVE, 56.0, 0.0, 1.0)
     silent = (1, lifecycle.STAND_BY, 50.5, 0.5, 1.0)
-    told: list[Told] = [[], [], [on], [off], [silent], [], [on]]
-    lists = lists_of(told, [3.0, 12.0, 12.0, 12.0, 12.0, 4.0, 11.0])
+    rows: list[Row] = [[], [], [on], [off], [silent], [], [on]]
+    lists = lists_of(rows, [3.0, 12.0, 12.0, 12.0, 12.0, 4.0, 11.0])
     (target,) = judge("s", lists, SceneBodies(scene(sphere("ball", 50.0, 0.0)), 1.0)).targets
     assert (target.expected, target.tracked) == (4, 3)
     assert (target.confirmed_s, target.confirmed_m) == (1.0, 50.0)
@@ -109,8 +109,8 @@ def test_false_obstacles_are_active_and_mostly_near_nothing() -> None:
     ball, clutter = (1, lifecycle.ACTIVE, 50.0, 0.0, 1.0), (2, lifecycle.ACTIVE, 70.0, 5.0, 1.0)
     large, slept = (3, lifecycle.ACTIVE, 55.0, 0.0, 4.5), (4, lifecycle.HIBERNATED, 20.0, 5.0, 1.0)
     passing = [(5, lifecycle.ACTIVE, north, 0.0, 1.0) for north in (51.0, 51.5, 60.0)]
-    told: list[Told] = [[ball, clutter, large, slept, passing[0]], [ball, clutter, passing[1]], [ball, passing[2]]]
-    score = judge("s", lists_of(told, [20.0] * 3), SceneBodies(scene(sphere("ball", 50.0, 0.0)), 1.0))
+    rows: list[Row] = [[ball, clutter, large, slept, passing[0]], [ball, clutter, passing[1]], [ball, passing[2]]]
+    score = judge("s", lists_of(rows, [20.0] * 3), SceneBodies(scene(sphere("ball", 50.0, 0.0)), 1.0))
     assert score.false_ids == 1
     assert score.false_a_minute == pytest.approx(30.0)
     assert score.false_at_a_time == pytest.approx(2.0 / 3.0)
@@ -120,9 +120,9 @@ def test_false_obstacles_are_active_and_mostly_near_nothing() -> None:
 
 def test_a_list_that_is_not_valid_tells_nothing_false() -> None:
     clutter = (2, lifecycle.ACTIVE, 70.0, 5.0, 1.0)
-    told: list[Told] = [[clutter], [clutter], []]
+    rows: list[Row] = [[clutter], [clutter], []]
     bodies = SceneBodies(scene(sphere("ball", 50.0, 0.0)), 1.0)
-    assert [judge("s", lists_of(told, [20.0] * 3, unsettled=k), bodies).false_ids for k in (0, 1, 2)] == [1, 1, 0]
+    assert [judge("s", lists_of(rows, [20.0] * 3, unsettled=k), bodies).false_ids for k in (0, 1, 2)] == [1, 1, 0]
 
 
 def test_the_altitude_is_that_of_the_bed_below() -> None:
@@ -134,8 +134,8 @@ def test_the_altitude_is_that_of_the_bed_below() -> None:
 
 def test_what_is_never_found_has_no_range_and_a_group_is_found_by_any_of_it() -> None:
     items = [sphere("school/1", 50.0, 0.0), sphere("school/2", 55.0, 0.0), sphere("ball", 50.0, 20.0)]
-    told: list[Told] = [[(1, lifecycle.ACTIVE, 55.0, 1.0, 1.0)]] * 3
-    score: SceneScore = judge("s", lists_of(told, [15.0] * 3, ("school/1", "ball")), SceneBodies(scene(*items), 1.0))
+    rows: list[Row] = [[(1, lifecycle.ACTIVE, 55.0, 1.0, 1.0)]] * 3
+    score: SceneScore = judge("s", lists_of(rows, [15.0] * 3, ("school/1", "ball")), SceneBodies(scene(*items), 1.0))
     ball, school = score.targets
     assert (ball.name, ball.share, school.name, school.share) == ("ball", 0.0, "school", 1.0)
     assert math.isnan(ball.confirmed_m)

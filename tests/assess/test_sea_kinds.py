@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ods.assess.sea.bodies import SceneBodies
-from ods.assess.sea.kind_judge import ToldList, judged
+from ods.assess.sea.kind_judge import TrackedList, judged
 from ods.assess.sea.kind_run import told_poses
 from ods.assess.sea.kind_table import kind_table
 from ods.assess.sea.kinds import KINDS, Kind, PoseNoise, kinds_named
@@ -27,12 +27,12 @@ def scene_of(kind: Kind) -> Scene:
     return Scene(kind.change(scene_with_seed(shipped_file(f"scenes/sea/{kind.scene}.toml"), 0).file))
 
 
-def told(number: int, *obstacles: Obstacle, reasons: tuple[str, ...] = (), unseen_why: str = "") -> ToldList:
+def told(number: int, *obstacles: Obstacle, reasons: tuple[str, ...] = (), unseen_why: str = "") -> TrackedList:
     """Return the list of a ping, a second after the one before."""
     t_ns = number * 10**9
     truth = Truth(number, t_ns, t_ns, (0.0, 0.0, 20.0), (1.0, 0.0, 0.0, 0.0), [BALL])
     said = ObstacleList(number, number, t_ns, t_ns, t_ns, not reasons, [*reasons], [*obstacles], unseen_why=unseen_why)
-    return ToldList(truth, said, 1, 2.0, 3.0)
+    return TrackedList(truth, said, 1, 2.0, 3.0)
 
 
 def obstacle(number: int, north: float, east: float = 0.0, multipath_of: int = -1) -> Obstacle:

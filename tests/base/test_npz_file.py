@@ -43,13 +43,13 @@ def test_a_head_that_tells_of_more_than_there_is_reserves_nothing(tmp_path: Path
     np.lib.format.write_array_header_1_0(head, {"descr": "<f8", "fortran_order": False, "shape": (10**12,)})
     with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
         archive.writestr("x.npy", head.getvalue() + bytes(800))
-    with pytest.raises(ValueError, match=r"x\.npy tells of more than it holds"):
+    with pytest.raises(ValueError, match=r"x\.npy states more data than it holds"):
         load_npz(tmp_path / "a.npz")
 
 
 def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "a.npz")
-    with pytest.raises(OSError, match="no file, but"):
+    with pytest.raises(OSError, match="a device or a pipe"):
         load_npz(tmp_path / "a.npz")
 
 
@@ -79,7 +79,7 @@ def test_a_list_of_very_many_arrays_is_not_read(tmp_path: Path, zip64: bool) -> 
         for number in range(70_000 if zip64 else 20_000):  # of more than 65,535 zip64 tells
             archive.writestr(f"{number}.npy", b"")
     tracemalloc.start()
-    with pytest.raises(ValueError, match="holds very many arrays"):
+    with pytest.raises(ValueError, match="holds too many arrays"):
         load_npz(path, ["x"])
     assert tracemalloc.get_traced_memory()[1] < 1_000_000
     tracemalloc.stop()

@@ -70,7 +70,7 @@ def test_a_receiver_that_goes_and_comes_is_told_and_served_again() -> None:
         port = peer.getsockname()[1]
     with bridge("json", port) as running:
         running.obstacles = [ROCK]
-        running.until(lambda: running.says(f"127.0.0.1 port {port}: nobody listens there"))
+        running.until(lambda: running.says(f"127.0.0.1 port {port}: no process listens there"))
         assert running.counts("refused_datagrams") > 0
         with receiver(port) as peer:
             running.until(lambda: bool(drained(peer)))

@@ -7,7 +7,7 @@ import pytest
 
 from ods.base import clock
 from ods.bridge.settings import Destination
-from ods.bridge.udp_sender import TOLD_NS, UdpSender
+from ods.bridge.udp_sender import REPORTED_NS, UdpSender
 
 
 class Complaints:
@@ -49,8 +49,8 @@ def test_a_receiver_that_is_away_is_told_and_gets_all_once_it_is_back() -> None:
     assert sender.send([b"lost", b"lost", b"lost"]) == 3
     assert complaints.counts["refused_datagrams"] > 0
     now_ns = clock.monotonic_ns()
-    assert sender.problem(now_ns) == f"127.0.0.1 port {port}: nobody listens there"
-    assert sender.problem(now_ns + TOLD_NS) == ""
+    assert sender.problem(now_ns) == f"127.0.0.1 port {port}: no process listens there"
+    assert sender.problem(now_ns + REPORTED_NS) == ""
     with receiver(port=port) as peer:
         assert sender.send([b"one", b"two"]) == 2
         assert [peer.recv(100), peer.recv(100)] == [b"one", b"two"]

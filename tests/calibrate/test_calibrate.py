@@ -56,7 +56,7 @@ def test_what_is_known_comes_out_with_standard_errors_that_hold() -> None:
                 (u.latency - 0.04) / s.latency,
             ]
         )
-        assert all(result.told for result in results_of(fit).values())
+        assert all(result.known for result in results_of(fit).values())
     print("normalized error squared: yaw, pitch, latency", np.mean(np.square(errors), axis=0).round(2))
     assert np.abs(errors).max() < 3.0
     assert 0.5 < np.mean(np.square(errors)) < 1.6
@@ -80,11 +80,11 @@ def test_a_level_vehicle_at_the_object_s_depth_is_not_told_its_pitch() -> None:
     rig = Rig(PoseHistory(*poses(level_around)), MountingSettings())
     fit = calibrate(echoes_of(detections(Sonar(), 2, level_around), 0), rig)
     results = results_of(fit)
-    assert results["yaw"].told
-    assert not results["pitch"].told
+    assert results["yaw"].known
+    assert not results["pitch"].known
     text = "\n".join(lines(fit, MountingSettings(pitch_deg=-1.0), 0.0))
-    assert "pitch: cannot be told from this recording" in text
-    assert "pitch_deg = -1  # not told" in text
+    assert "pitch: cannot be determined from this recording" in text
+    assert "pitch_deg = -1  # not determined" in text
 
 
 def test_one_heading_is_refused() -> None:

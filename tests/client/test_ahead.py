@@ -64,7 +64,7 @@ def test_never_surer_than_the_tracker(static: float, restless: float, lead_s: fl
     lister = ObstacleLister(PlannerSettings(lead_times_s=leads), motion, BottomSettings())
     (ahead,) = at(picture(*lister.obstacles(snapshot)), T_NS + round(lead_s * NS))
     fit = lister._fit(snapshot)
-    wanted = fit.carried_on(lead_s if leads else 0.0, motion).sigma_position[:, 0] ** 2
+    wanted = fit.extrapolated(lead_s if leads else 0.0, motion).sigma_position[:, 0] ** 2
     assert np.all(np.diag(ahead.covariance) >= wanted * (1.0 - 1e-6))
     if lead_s in leads:
         assert np.diag(ahead.covariance) == pytest.approx(wanted)
@@ -82,7 +82,7 @@ def test_the_client_carries_its_newest_list_on(tmp_path: Path) -> None:
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     publisher = bus.Publisher(context, tmp_path, "tracker")
     client = Obstacles(tmp_path, stale_s=0.2)
-    with pytest.raises(NoListError, match="no obstacle list came yet"):
+    with pytest.raises(NoListError, match="no obstacle list received yet"):
         client.at(T_NS)
     while not client.next().valid:
         publisher.publish("obstacles", picture(MOVING))

@@ -51,7 +51,7 @@ def test_a_missing_right_is_said_with_what_to_do(tmp_path: Path, monkeypatch: py
     publisher = bus.Publisher(context, tmp_path, "tracker")
     monkeypatch.setattr(os, "access", lambda path, mode: False)  # as for a user who is not of the group
     socket = tmp_path / "tracker.sock"
-    way_out = f"join the group {socket.group()} (and log in anew), or run as {socket.owner()}"
+    way_out = f"join the group {socket.group()} (and log in again), or run as {socket.owner()}"
     wanted = f": no right to open {socket}: {way_out}"
     assert bus.hindrance(tmp_path, "tracker") == wanted
     client = Obstacles(tmp_path, stale_s=0.1)

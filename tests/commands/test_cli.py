@@ -155,7 +155,7 @@ def test_too_few_open_files_are_one_line(command: str) -> None:
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     name = command.partition(" ")[0]
-    assert told.stderr == f"ods {name}: only 14 files may be open here: at least 64 are needed, see `ulimit -n`\n"
+    assert told.stderr == f"ods {name}: the limit of open files is 14: at least 64 are needed, see `ulimit -n`\n"
     assert told.returncode == 2
 
 

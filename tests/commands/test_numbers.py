@@ -11,7 +11,7 @@ from ods.cli import main
         ("map prune map --existence-below 50", "--existence-below: '50' is not a number, 0 to 1"),
         ("map prune map --older-than -1", "--older-than: '-1' is not a number of days, 0 to 1e+06"),
         ("map prune map --older-than nan", "--older-than: 'nan' is not a number of days, 0 to 1e+06"),
-        ("map prune map --outside 0 0 -5", "--outside: METRES is -5: a distance is not below 0"),
+        ("map prune map --outside 0 0 -5", "--outside: METRES is -5: must not be negative"),
         ("map list map --within nan 0 5", "--within: 'nan' is not a number of metres, -1e+07 to 1e+07"),
         ("set-sonar --range nan", "--range: 'nan' is not a number of metres, 0.1 to 20000"),
         ("set-sonar --gain loud", "--gain: 'loud' is not a number of dB, -200 to 300"),

@@ -213,7 +213,7 @@ def link(**data: object) -> dict[str, object]:
         (link(state="ERROR-ACTIVE", restart_ms=100, ctrlmode=["LISTEN-ONLY"]), ["good", "note"], "is listen-only"),
         (link(state="ERROR-ACTIVE"), ["good", "note"], "type can restart-ms 100"),
         (link(state="BUS-OFF", restart_ms=100), ["wrong"], "bus-off: wiring, termination or bit rate"),
-        (link(state="ERROR-PASSIVE", restart_ms=100), ["wrong"], "nobody acknowledges"),
+        (link(state="ERROR-PASSIVE", restart_ms=100), ["wrong"], "no other node acknowledges"),
         ({"linkinfo": {"info_kind": "vcan"}}, ["good"], "is up (vcan)"),
         ({}, ["good"], "is iproute2 installed?"),
     ],
@@ -276,7 +276,7 @@ def test_listening_tells_what_comes_what_does_not_and_how_many_poses(tmp_path: P
         stranger = can.Message(arbitration_id=0x286, data=bytes(8), is_extended_id=False)
         far.send_periodic(stranger, 0.05)
         (instead,) = listen(settings, 0.6)
-        assert "others came: 0x286): is the INS on, wired and told to send" in instead.text
+        assert "others came: 0x286): is the INS on, wired and set to send" in instead.text
 
 
 def test_listening_tells_a_slow_message_an_emergency_and_a_rate_that_is_too_low(tmp_path: Path) -> None:

@@ -42,7 +42,10 @@ def test_angles_that_may_be_radians_are_noted() -> None:
 
 def test_a_fan_that_stands_upright_is_noted() -> None:
     _, note = examine(MountingSettings(roll_deg=-90.0), (0.0, 0.0, 0.0))
-    told = "sonar.mounting puts the fan 90 deg from level: beyond 50 deg places are off by more than told"
-    assert (note.level, note.text) == ("note", told)
+    text = (
+        "sonar.mounting puts the fan 90 deg from level: "
+        "beyond 50 deg positions are off by more than their reported sigma"
+    )
+    assert (note.level, note.text) == ("note", text)
     for mounting in (MountingSettings(roll_deg=180.0, pitch_deg=-20.0), MountingSettings(roll_deg=45.0)):
         assert len(list(examine(mounting, (0.0, 0.0, 0.0)))) == 1

@@ -88,7 +88,7 @@ def test_a_configuration_is_read_as_by_all_commands(
 @pytest.mark.parametrize(
     ("attached", "said"),
     [
-        ({}, "the recording does not tell its configuration: name one by --config"),
+        ({}, "the recording has no configuration: give one by --config"),
         ({"config.toml": b"\xff"}, "the recording's configuration: not valid TOML"),
         (
             {"config.toml": b"[site]\nlatitude_deg = 100.0\nlongitude_deg = 1.0"},

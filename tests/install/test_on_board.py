@@ -136,7 +136,7 @@ def test_record_without_a_chain(venv: Path, tmp_path: Path) -> None:
     file = str(tmp_path / "a.s7k")
     code, text = said(venv, "record", "--s7k", file, "--seconds", "0.5", "--config", str(ONBOARD))
     assert code == 2
-    assert text.startswith("ods record: nothing to record came")
+    assert text.startswith("ods record: nothing to record was received")
     assert len(text.splitlines()) == 1
 
 

@@ -66,10 +66,10 @@ def test_keys_are_made_listed_and_revoked(tmp_path: Path, capsys: pytest.Capture
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["make", "../server"], "../server: is no name: "),
-        (["make", "server"], "server: is no name: "),
+        (["make", "../server"], "../server: not a name: "),
+        (["make", "server"], "server: not a name: "),
         (["make", "old"], "allowed: has a old already: revoke it, or take another name"),
-        (["make", "new", "--public", __file__], "is no public key: expected 40 characters"),
+        (["make", "new", "--public", __file__], "not a public key: expected 40 characters"),
         (["make", "new", "--public", "no.public"], "no.public: no such file or directory"),
         (["revoke", "new"], "allowed: has no new"),
     ],
@@ -110,10 +110,10 @@ def test_a_list_that_others_may_write_lets_nobody_in(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("bus", "said"),
     [
-        (LISTEN, 'bus: keys: missing: the folder that `ods keys make` fills, such as "keys"'),
+        (LISTEN, 'bus: keys: missing: the folder in which `ods keys make` puts the keys, such as "keys"'),
         ('listen = [{at = "tcp://127.0.0.1:5600"}]', "bus.listen[0].topics: missing"),
         (LISTEN.replace("obstacles", "obstacle"), "bus: listen[0].topics: 'obstacle' is none of ping, pose, "),
-        (LISTEN.replace('"obstacles"', ""), "bus.listen[0]: topics: none is named"),
+        (LISTEN.replace('"obstacles"', ""), "bus.listen[0]: topics: must name at least one topic"),
         (LISTEN.replace("tcp://127.0.0.1:5600", "tcp://planner:5600"), "bus.listen[0]: at: tcp://planner:5600: needs"),
         (LISTEN.replace("tcp://127.0.0.1:5600", "tcp://*:5600"), "bus.listen[0]: at: tcp://*:5600: needs an"),
         (LISTEN.replace("tcp:", "udp:"), "bus.listen[0]: at: udp://127.0.0.1:5600: expected an address and a port"),
@@ -144,7 +144,7 @@ def test_none_listens_unless_it_is_said(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_a_process_without_anything_to_say_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["listen", "--config", str(config(tmp_path, ""))]) == 2
-    assert capsys.readouterr().err.startswith("ods listen: bus.listen: missing: `at` and `topics` say what")
+    assert capsys.readouterr().err.startswith("ods listen: bus.listen: missing: set `at` (address)")
     assert main(["listen", "--config", str(config(tmp_path, f'keys = "keys"\n{LISTEN}'))]) == 2
     server = tmp_path / "keys" / "server.secret"
     wanted = f"ods listen: bus.keys: {server}: No such file or directory (`ods keys make` makes keys)\n"
@@ -164,6 +164,6 @@ def test_a_client_that_is_used_wrongly_says_so(tmp_path: Path) -> None:
         Obstacles("tcp://127.0.0.1", key=secret)
     with pytest.raises(KeyFileError, match=r"server\.secret: server: expected a key of 40 characters$"):
         Obstacles("tcp://127.0.0.1:5600", key=tmp_path / "keys" / "server.secret")
-    secret.write_text("no file of keys")
-    with pytest.raises(KeyFileError, match=r"planner\.secret: is no file of keys: "):
+    secret.write_text("not a file of keys")
+    with pytest.raises(KeyFileError, match=r"planner\.secret: not a file of keys: "):
         Obstacles("tcp://127.0.0.1:5600", key=secret)

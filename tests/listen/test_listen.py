@@ -108,7 +108,7 @@ def test_a_list_of_keys_that_is_wrong_lets_nobody_in(folder: Path) -> None:
         running.worker.tick()
         running.until(lambda: running.counters.get("refused_clients", 0) > 0)
         (said,) = running.worker.problems()
-        wanted = "line 3: expected a name and a public key of 40 characters: nobody may listen"
+        wanted = "line 3: expected a name and a public key of 40 characters: no listener is admitted"
         assert said == f"bus.keys: {allowed}: {wanted}"
         drained(client)
         for _ in range(20):

@@ -64,7 +64,7 @@ def refusal(campaign: Path, capsys: pytest.CaptureFixture[str]) -> str:
 def test_results_of_another_campaign_are_not_mixed(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:
     results(campaign, "out")
     campaign.write_text(CAMPAIGN.replace("seed = 3", "seed = 4"))
-    assert "missions.jsonl: of another campaign" in refusal(campaign, capsys)
+    assert "missions.jsonl: belongs to another campaign" in refusal(campaign, capsys)
 
 
 def test_results_by_other_settings_or_another_sonar_of_the_same_name_are_not_mixed(
@@ -80,10 +80,10 @@ def test_results_by_other_settings_or_another_sonar_of_the_same_name_are_not_mix
     whole = results(campaign, "out")
     assert results(campaign, "out") == whole
     sonar.write_text(seabat.replace("overhead_s = 0.016", "overhead_s = 0.1"))
-    assert "missions.jsonl: of another campaign" in refusal(campaign, capsys)
+    assert "missions.jsonl: belongs to another campaign" in refusal(campaign, capsys)
     sonar.write_text(seabat)
     onboard.write_text(config.replace("[tracker.map]", "[tracker.life]\nconfirm_echoes = 4\n\n[tracker.map]"))
-    assert "missions.jsonl: of another campaign" in refusal(campaign, capsys)
+    assert "missions.jsonl: belongs to another campaign" in refusal(campaign, capsys)
 
 
 @pytest.mark.parametrize("line", ["nonsense", '{"mission": 0}', '{"mission": "x"}'])

@@ -183,7 +183,7 @@ def test_laws_of_something_else_or_of_another_version_are_refused_in_a_line(
     file.write_text(file.read_text().replace('"hidden"', '"concealed"'))
     load_laws.cache_clear()
     assert main(command) == 2
-    assert "fit it anew" in capsys.readouterr().err
+    assert "fit it again" in capsys.readouterr().err
     campaign.write_text('seed = 1\nfidelity = "detections"\n')
     assert main(command) == 2
     assert "detections: " in capsys.readouterr().err

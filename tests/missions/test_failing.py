@@ -21,7 +21,7 @@ from ods.missions.failing.witness import Witness
 from ods.missions.flight import Flight
 from ods.missions.outcome import Ending, Outcome
 from ods.missions.settings import Campaign, WorldSettings
-from ods.missions.watch import Told
+from ods.missions.watch import TruthWatch
 from ods.missions.world import World, make_world
 from ods.offline.mission import MissionSettings
 from ods.sim_sonar.by_name import find_sonar
@@ -73,7 +73,7 @@ def test_a_variant_sets_keys_anew_and_keeps_the_others(campaign: Path) -> None:
         (
             "world.dead_ends = 1",
             'errors.fault = [{ kind = "ins_silent", at_s = 0.0, for_s = 1.0 }]',
-            "ins_silent is none in the image",
+            "ins_silent does not apply to images",
         ),
     ],
 )
@@ -168,7 +168,7 @@ def test_a_witness_tells_silence_from_warnings() -> None:
 
 def test_what_is_listed_is_found_though_the_pose_told_has_drifted() -> None:
     world = one(20.0)
-    told = Told(world, 100.0).look(0, state(0.0)).list
+    told = TruthWatch(world, 100.0).look(0, state(0.0)).list
     turned = PoseAt((100.0, 50.0, 20.0), from_euler(0.0, 0.0, 0.5 * math.pi), STILL, STILL, STILL)
 
     def is_listed(place: tuple[float, float, float]) -> bool:

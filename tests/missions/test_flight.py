@@ -8,7 +8,7 @@ import pytest
 
 from ods.missions.flight import Flight
 from ods.missions.settings import Arm, Campaign, WorldSettings
-from ods.missions.watch import Told
+from ods.missions.watch import TruthWatch
 from ods.missions.world import World
 from ods.offline.mission import MissionSettings
 from ods.sim_sonar.by_name import find_sonar
@@ -74,7 +74,7 @@ def test_an_evasion_of_nothing_is_told_from_others() -> None:
     flown = flight("truth", there)
     assert flown.fly().evasions_of_nothing == 0
     deceived = flight("ods", (60.0, 30.0, 1.0))
-    deceived.watch = Told(world_of((50.0, 0.5, 2.0)), 100.0)
+    deceived.watch = TruthWatch(world_of((50.0, 0.5, 2.0)), 100.0)
     outcome = deceived.fly()
     assert outcome.evasions == outcome.evasions_of_nothing > 0
 
@@ -108,7 +108,7 @@ def test_time_to_collision_is_of_what_it_would_run_into_when_it_was_listed_first
 
 def test_what_was_never_listed_left_no_time() -> None:
     unseen = flight("ods", (50.0, 0.5, 2.0))
-    unseen.watch = Told(world_of(), 100.0)
+    unseen.watch = TruthWatch(world_of(), 100.0)
     outcome = unseen.fly()
     assert (outcome.ending, outcome.time_to_collision_s) == ("collision", 0.0)
     assert flight("none", (50.0, 0.5, 2.0)).fly().time_to_collision_s is None

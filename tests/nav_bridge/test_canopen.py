@@ -376,10 +376,10 @@ def test_numbers_of_an_odd_count_of_bytes_are_read(bits: int, signed: bool) -> N
 def test_a_restricted_cob_id_is_named_before_anything_came(tmp_path: Path) -> None:
     file = tmp_path / "bare.eds"
     file.write_text(EDS_TEXT.replace("DefaultValue=$NODEID+0x180", "DefaultValue=0x180"))
-    assert Bench().source.doubts() == []
+    assert Bench().source.objections() == []
     bench = Bench(file)
-    assert bench.source.doubts() == [
-        "0x180: CiA 301 keeps such COB-IDs for other services: is $NODEID missing in the EDS?"
+    assert bench.source.objections() == [
+        "0x180: CiA 301 reserves these COB-IDs for other services: is $NODEID missing in the EDS?"
     ]
 
 

@@ -505,7 +505,7 @@ def test_an_epoch_that_breaks_off_is_said() -> None:
         bench.epoch(number, places=(0, 1, 2, 3, 4, 5, 6) if number % 10 == 0 else (0, 1, 2, 3, 5, 6))
     assert bench.source.problems(NS) == [
         "no pose for 1.0 s",
-        "epochs break off before SBG_ECAN_MSG_EKF_ALTITUDE (0x135): it is lost, or comes more rarely than the others",
+        "epochs break off before SBG_ECAN_MSG_EKF_ALTITUDE (0x135): it is lost, or sent more rarely than the others",
     ]
 
 
@@ -567,8 +567,8 @@ def dbc_of(**changes: object) -> DbcSettings:
         ({"u": "BEST.V"}, "nav.dbc.signals.u: no message 'BEST' in the DBC"),
         ({"u": "CHOICE.SOMETIMES"}, "nav.dbc.signals.u: message CHOICE is multiplexed, which is not supported"),
         ({"north": "LONG.N"}, "nav.dbc.signals.north: message LONG has 64 bytes, more than a CAN frame holds"),
-        ({"rol": "REST.V"}, "nav.dbc.signals.rol: no pose field: 'rol' is none of north, east"),
-        ({"latitude": SignalSettings(signal="REST.BARE", unit="deg")}, "nav.dbc.signals: latitude: of no use beside"),
+        ({"rol": "REST.V"}, "nav.dbc.signals.rol: not a pose field: 'rol' is none of north, east"),
+        ({"latitude": SignalSettings(signal="REST.BARE", unit="deg")}, "nav.dbc.signals: latitude: not used beside"),
     ],
 )
 def test_a_map_that_does_not_fit_is_one_line(floats: Path, changes: dict[str, str], said: str) -> None:
@@ -582,14 +582,14 @@ def test_a_map_that_does_not_fit_is_one_line(floats: Path, changes: dict[str, st
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"epoch": ["SBG_ECAN_MSG_EKF_INFO"]}, "nav.dbc.epoch: must name SBG_ECAN_MSG_EKF_ALTITUDE, "),
-        ({"epoch": ["SBG_ECAN_MSG_EKF_INFO"] * 2}, "nav.dbc.epoch: names a message twice"),
-        ({"epoch": ["X"]}, "nav.dbc.epoch: must name "),
+        ({"epoch": ["SBG_ECAN_MSG_EKF_INFO"]}, "nav.dbc.epoch: must also list SBG_ECAN_MSG_EKF_ALTITUDE, "),
+        ({"epoch": ["SBG_ECAN_MSG_EKF_INFO"] * 2}, "nav.dbc.epoch: lists a message twice"),
+        ({"epoch": ["X"]}, "nav.dbc.epoch: must also list "),
         ({"time": "SBG_ECAN_MSG_EKF_POS.LATITUDE"}, "nav.dbc.time: the DBC's unit 'deg' is not known as one of s"),
         ({"valid": [ValiditySettings(signal="A.B", mask=1)]}, "nav.dbc.valid[0]: no message 'A' in the DBC"),
         (
             {"valid": [ValiditySettings(signal="SBG_ECAN_MSG_EKF_POS.LATITUDE", mask=1)]},
-            "nav.dbc.valid[0]: SBG_ECAN_MSG_EKF_POS.LATITUDE is no unsigned integer",
+            "nav.dbc.valid[0]: SBG_ECAN_MSG_EKF_POS.LATITUDE is not an unsigned integer",
         ),
         ({"file": CONFIG / "none.dbc"}, "nav.dbc.file: No such file or directory"),
         ({"file": CONFIG / "ins.eds"}, "not a usable DBC: "),
@@ -632,8 +632,8 @@ def test_numbers_that_no_signal_has_are_refused(changes: dict[str, object], said
         ('source = "dbc"', 'source = "canopen"', "nav: canopen: missing, as source is 'canopen'"),
         ('file = "sbg.dbc"', "", "nav.dbc.file: missing"),
         ("mask = 0x30", "", "mask: give mask, accept or both"),
-        ("mask = 0x30", "mask = 0", "nav.dbc.valid[0]: mask: 0 lets everything pass"),
-        ("mask = 0x30", "accept = []", "nav.dbc.valid[0]: accept: no value at all would be good"),
+        ("mask = 0x30", "mask = 0", "nav.dbc.valid[0]: mask: 0 accepts every value"),
+        ("mask = 0x30", "accept = []", "nav.dbc.valid[0]: accept: no value would be accepted"),
         ("window_s = 0.008", "window_s = 0", "nav.dbc.window_s: in seconds, more than 0"),
         ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", sine = 1}', "sine: unknown key"),
         ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", sign = 2}', "sign: "),

@@ -188,15 +188,15 @@ def test_whole_and_fraction_in_two_frames_are_combined_within_one_instant_only(t
         ({"held": {"ATTITUDE": HeldSettings()}}, "nav.dbc.held.ATTITUDE: cannot be held, as it carries nav.dbc.time"),
         (
             {"time": None, "held": {name: HeldSettings() for name in ("ATTITUDE", "PLACE", "DEPTH", "DVL")}},
-            "nav.dbc.held: one message at least must not be held: it says when there is a pose",
+            "nav.dbc.held: at least one message must not be held: its arrival triggers a pose",
         ),
         (
             split(held={"WHOLE": HeldSettings()}),
-            "nav.dbc.signals.latitude: its parts are of one instant only if neither",
+            "nav.dbc.signals.latitude: its two signals belong to one instant only if neither",
         ),
         (
             {"held": {"DVL": HeldSettings()}, "epoch": ["ATTITUDE", "PLACE", "DEPTH", "DVL"]},
-            "nav.dbc.epoch: names a message that is held",
+            "nav.dbc.epoch: lists a message that nav.dbc.held",
         ),
     ],
 )

@@ -68,7 +68,7 @@ def test_the_simulated_ins_on_its_lever_tells_what_leads_back_to_the_vehicle() -
     scene, place = Scene(SceneFile(seed=1, vehicle=path)), InsPlace(LocalFrame(57.0, 10.0), LEVER)
     arm = LeverArm(LEVER)
     for k in range(400, 500):
-        position, attitude, velocity = place.told(scene, 0.01 * k)
+        position, attitude, velocity = place.reported(scene, 0.01 * k)
         told = Pose(
             k, k * NS // 100, 0, tuple(position.tolist()), attitude, tuple(velocity.tolist()), (0.0,) * 3, (0.0,) * 3
         )

@@ -184,7 +184,7 @@ def test_places_that_are_no_fix_are_used_as_the_settings_say(quality: int, caplo
     refused, counters, problems = pose_of({})
     assert refused is None
     assert counters["nmea_not_valid"] == 1
-    expected = f"GGA: says since it first came that it is not valid (it is {kind}, which nav.nmea.accept leaves out)"
+    expected = f"GGA: says since it first came that it is not valid (it is {kind}, which nav.nmea.accept excludes)"
     assert expected in problems
     plain, _, _ = pose_of({kind: 0.0})
     wider, counters, _ = pose_of({kind: 7.0})
@@ -223,7 +223,7 @@ def test_sentences_without_checksum_are_said_as_such() -> None:
     for line in (Ins().gga(0), Ins().pashr(0)):
         source.take(Line(line.split(b"*")[0], NS))
     assert counters == {"nmea_no_checksum": 2}
-    said = "all that is of use comes without checksum, and is dropped: let the sender append it (*hh)"
+    said = "all useful sentences are without checksum, and is dropped: let the sender append it (*hh)"
     assert source.problems(2 * NS - 1)[-1] == said
     assert not any("baud" in problem or "never come" in problem for problem in source.problems(2 * NS - 1))
 
@@ -264,7 +264,7 @@ def test_wrong_checksums_of_all_sentences_are_one_reason_without_hints_at_the_li
     for line in (ins.ts(0), ins.bs()):
         source.take(Line(line + b"\xff", NS))
     assert source.problems(2 * NS - 1)[1:] == [
-        "all that is of use comes damaged, and is dropped: its checksum or its fields are wrong"
+        "all useful sentences are damaged, and is dropped: its checksum or its fields are wrong"
     ]
 
 
@@ -284,7 +284,7 @@ def test_an_attitude_that_is_not_valid_is_said() -> None:
     ins = Ins()
     for line in (ins.gga(0), ins.gst(0), ins.ts(0), ins.bs(), summed("PASHR,120000.000,,T,1.0,-2.0,0.0,,,,1,1")):
         assert source.take(Line(line, 0)) is None
-    assert "PASHR: says that it is not valid (no heading)" in source.problems(NS - 1)
+    assert "PASHR: flagged as not valid (no heading)" in source.problems(NS - 1)
 
 
 def test_a_seapaths_attitude_makes_poses() -> None:
@@ -505,11 +505,11 @@ def test_two_talkers_are_said_and_one_can_be_named() -> None:
     source, counters = source_of(USUAL)
     for line in lines:
         source.take(Line(line, 0))
-    assert "GGA comes of GP and IN: name one in nav.nmea, such as GPGGA" in source.problems(NS)
+    assert "GGA comes from the talkers GP and IN: name one in nav.nmea, such as GPGGA" in source.problems(NS)
     source, counters = source_of(msgspec.structs.replace(USUAL, place="INGGA"))
     for line in lines:
         source.take(Line(line, 0))
-    assert not any("comes of" in problem for problem in source.problems(NS))
+    assert not any("comes from" in problem for problem in source.problems(NS))
     assert counters == {"nmea_other": 1, "nmea_sentences": 1}
 
 
@@ -520,23 +520,24 @@ def test_a_second_talker_that_is_silent_again_is_no_problem_any_more(caplog: pyt
         source.take(Line(ins.gga(second * NS, "IN"), second * NS))
         if second in (3, 18):
             source.take(Line(ins.gga(second * NS, "GP"), second * NS))
-        told = any("comes of GP and IN" in problem for problem in source.problems(second * NS))
+        told = any("comes from the talkers GP and IN" in problem for problem in source.problems(second * NS))
         assert told == (3 <= second <= 13 or 18 <= second <= 28), second
     assert counters["nmea_talkers"] == 22
     assert [record.getMessage() for record in caplog.records] == [
-        "GGA comes of GP and IN: name one in nav.nmea, such as GPGGA (said once, then counted as nmea_talkers)"
+        "GGA comes from the talkers GP and IN: name one in nav.nmea, "
+        "such as GPGGA (logged once, then counted as nmea_talkers)"
     ]
 
 
 def test_noise_is_told_from_silence() -> None:
     source, counters = source_of(USUAL)
     source.take(Line(b"\x81\x00\xff", NS))
-    assert "what comes is no NMEA: are nav.nmea.port, baud, ground and polarity right?" in source.problems(NS)
+    assert "the data received are not NMEA: are nav.nmea.port, baud, ground and polarity right?" in source.problems(NS)
     assert counters == {"nmea_damaged": 1}
     by_network = msgspec.structs.replace(USUAL, port="udp://0.0.0.0:10110")
     source, _ = source_of(by_network)
     source.take(Line(b"\x81\x00\xff", NS))
-    said = "what comes is no NMEA: is nav.nmea.port right, and is what is sent there NMEA 0183?"
+    said = "the data received are not NMEA: is nav.nmea.port right, and is what is sent there NMEA 0183?"
     assert source.problems(NS)[1:] == [said]
 
 

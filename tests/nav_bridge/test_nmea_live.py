@@ -95,7 +95,7 @@ def test_sentences_become_poses_and_what_is_wrong_is_said(ends: tuple[str, Write
         assert worker.ready()
         vehicle.only = b"$INGGA,garbled*00"
         client.until(lambda: client.says("BS: last came "))
-        client.until(lambda: client.says("all that is of use comes damaged"))
+        client.until(lambda: client.says("all useful sentences are damaged"))
         vehicle.only = None
         seen = len(client.poses)
         client.until(lambda: len(client.poses) > seen + 20)
@@ -112,9 +112,9 @@ def test_a_line_that_never_ends_is_told_of(tmp_path: Path) -> None:
     with nav_process(tmp_path, CanSettings(), nmea=nmea) as (_, client):
         client.until(lambda: client.says("no pose"))
         os.write(master, bytes(1000))
-        client.until(lambda: client.says("what comes has no line ends: are nav.nmea.port, baud"))
+        client.until(lambda: client.says("the data received have no line ends: are nav.nmea.port, baud"))
         os.write(master, b"\n")
-        client.until(lambda: not client.says("what comes has no line ends"))
+        client.until(lambda: not client.says("the data received have no line ends"))
     os.close(master)
     os.close(slave)
 
@@ -189,7 +189,7 @@ def test_doctor_says_what_is_lost_or_unusable_of_what_comes(ends: tuple[str, Wri
         told.append({item.subject: item for item in reversed(list(listen(settings, 1.5)))})
         vehicle.close()
     assert told[0]["navigation by nmea"].level == "note"
-    assert re.search(r" deg: (2[5-9]|3\d|4[0-5])% of what the INS tells is lost$", told[0]["navigation by nmea"].text)
+    assert re.search(r" deg: (2[5-9]|3\d|4[0-5])% of what the INS sends is lost$", told[0]["navigation by nmea"].text)
     assert told[1]["NMEA GGA"].level == "wrong"
     assert "Hz, without checksum, and is dropped" in told[1]["NMEA GGA"].text
     assert told[1]["NMEA PASHR"].level == "good"
@@ -205,6 +205,6 @@ def test_doctor_says_that_no_nmea_comes_without_asking_for_more(ends: tuple[str,
     vehicle.close()
     assert found.level == "wrong"
     assert found.text == (
-        "nothing that it should send came within 0.7 s: what comes is no NMEA: is nav.nmea.port right, and is what is "
-        "sent there NMEA 0183?"
+        "nothing that it should send came within 0.7 s: the data received are not NMEA: is nav.nmea.port right, "
+        "and is what is sent there NMEA 0183?"
     )

@@ -145,10 +145,10 @@ def test_what_status_bits_mean_is_configuration() -> None:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"0x3000:1": "lattitude"}, "nav.canopen.objects.0x3000:1: no pose field: 'lattitude' is none of"),
-        ({"3000:1": "north"}, "nav.canopen.objects.3000:1: objects are named like"),
-        ({"0x3000:300": "north"}, "nav.canopen.objects.0x3000:300: objects are named like"),
-        ({"0x03000:1": "north"}, "nav.canopen.objects.0x03000:1: objects are named like"),
+        ({"0x3000:1": "lattitude"}, "nav.canopen.objects.0x3000:1: not a pose field: 'lattitude' is none of"),
+        ({"3000:1": "north"}, "nav.canopen.objects.3000:1: expected a name like"),
+        ({"0x3000:300": "north"}, "nav.canopen.objects.0x3000:300: expected a name like"),
+        ({"0x03000:1": "north"}, "nav.canopen.objects.0x03000:1: expected a name like"),
         ({"0x3000:01": "latitude"}, "nav.canopen.objects.0x3000:01: the same object as 0x3000:1"),
         ({"0x3000:4": "latitude"}, "nav.canopen.objects.0x3000:4: 0x3000:1 is latitude already"),
         ({"0x3001": "status"}, "geo.eds: no transmit PDO carries 0x3001 (status)"),
@@ -156,7 +156,7 @@ def test_what_status_bits_mean_is_configuration() -> None:
             {"0x3200:1": ObjectSettings(field="status", factor=2.0)},
             "nav.canopen.objects.0x3200:1: status has no factor",
         ),
-        ({"0x3200:1": "status"}, "geo.eds: object 0x3200:1 (status) is no unsigned number"),
+        ({"0x3200:1": "status"}, "geo.eds: object 0x3200:1 (status) is not an unsigned number"),
         ({"0x3200:1": "sigma_down"}, "a pose needs u, v, w or velocity_north, velocity_east, velocity_down"),
     ],
 )

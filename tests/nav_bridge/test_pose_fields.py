@@ -295,7 +295,7 @@ def test_poses_are_numbered_and_old_ones_dropped() -> None:
         ({*ALL_LOCAL} - {"down"}, "a pose needs north, east, down or latitude, longitude, altitude"),
         ({*ALL_LOCAL} - {"u"}, "a pose needs u, v, w or velocity_north"),
         ({*ALL_GLOBAL} - {"qz"}, "a pose needs roll, pitch, yaw or qw"),
-        ({*ALL_LOCAL} | {"latitude"}, "latitude: of no use beside north"),
+        ({*ALL_LOCAL} | {"latitude"}, "latitude: not used beside north"),
         ({*ALL_LOCAL} - {"sigma_down"}, "sigma_horizontal: needs sigma_down beside it"),
         (
             {*ALL_LOCAL} - {"sigma_horizontal"},

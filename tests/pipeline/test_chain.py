@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ods.base.arrays import Floats, Image
 from ods.messages import Ping
-from ods.pipeline.chain import LASTING_PINGS, Chain
+from ods.pipeline.chain import STABLE_PINGS, Chain
 from ods.pipeline.prepared import prepared_chain
 from ods.pipeline.prepared.filter_chain import FilterChain
 from ods.pipeline.prepared.plan import PingError
@@ -142,10 +142,10 @@ def bad(**changes: Any) -> Ping:
         (bad(bearing_rad=[0.0] * 59), "59 entries for 60 beams"),
         (bad(bearing_rad=[0.1] * 60), "does not increase"),
         (bad(bearing_rad=fan_bearings(60)[::-1].tolist()), "does not increase"),
-        (bad(bearing_rad=[*fan_bearings(60)[:-1], float("nan")]), "no angles"),
-        (bad(bearing_rad=[*fan_bearings(60)[:-1], 1e9]), "no angles"),
-        (bad(elevation_rad=[float("inf")] * 60), "no angles"),
-        (bad(beam_width_rad=[0.0] * 60), "no widths"),
+        (bad(bearing_rad=[*fan_bearings(60)[:-1], float("nan")]), "not angles"),
+        (bad(bearing_rad=[*fan_bearings(60)[:-1], 1e9]), "not angles"),
+        (bad(elevation_rad=[float("inf")] * 60), "not angles"),
+        (bad(beam_width_rad=[0.0] * 60), "not widths"),
         (bad(beam_width_rad=[0.1] * 3), "3 entries"),
         (bad(planes=7), "do not make 7 planes"),
         (bad(dr_m=0.0), "dr_m"),
@@ -187,7 +187,7 @@ def test_geometries_that_do_not_last_are_learnt_in_a_hurry(monkeypatch: pytest.M
     for k in range(4):
         chain.process(make_ping(frame, dr_m=0.05 + 0.01 * k))
     assert learnt == [1000, 100, 100, 100]
-    for _ in range(3 * LASTING_PINGS):
+    for _ in range(3 * STABLE_PINGS):
         chain.process(make_ping(frame, dr_m=0.08))
     assert learnt == [1000, 100, 100, 100, 1000]
     chain.process(make_ping(frame, dr_m=0.09))

@@ -7,7 +7,7 @@ import pytest
 from ods.base.arrays import Image
 from ods.messages import Detections, Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.detect.crests import CrestMeter, crest_quantiles, reaching
+from ods.pipeline.detect.crests import LocalThreshold, crest_quantiles, reaching
 from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.detect.rise import Rise, levelled
 from ods.pipeline.image.regions import RUN
@@ -22,13 +22,13 @@ def rayleigh(seed: int) -> Image:
     return np.random.default_rng(seed).rayleigh(1.0, SHAPE).astype(np.float32)
 
 
-def learnt() -> CrestMeter:
-    meter = CrestMeter(SHAPE)
+def learnt() -> LocalThreshold:
+    meter = LocalThreshold(SHAPE)
     meter.learn(rayleigh(k) for k in range(8))
     return meter
 
 
-def levelled_by(meter: CrestMeter, image: Image, noise: tuple[float, float], follow: float) -> Image:
+def levelled_by(meter: LocalThreshold, image: Image, noise: tuple[float, float], follow: float) -> Image:
     return levelled(image, Rise(noise[0], meter.factors(image, noise, 5.5), follow, follow, *meter.region))
 
 
@@ -102,7 +102,7 @@ def test_regions_over_levels_that_rise_are_those_of_the_levelled_image(power: fl
 
 
 def test_few_tiles_change_nothing() -> None:
-    meter = CrestMeter((8, 64))
+    meter = LocalThreshold((8, 64))
     images = [np.random.default_rng(k).rayleigh(1.0, (8, 64)).astype(np.float32) for k in range(8)]
     meter.learn(images)
     assert levelled_by(meter, images[0], measured(images[0]), 1.0) is images[0]

@@ -23,7 +23,7 @@ class ChainOverPings:
 
     over_pings = True
     geometry_changes = 0
-    prepared_anew = False
+    was_prepared = False
     poses: list[PoseEstimate]
 
     def __init__(self, _settings: PipelineSettings, **_told: object) -> None:

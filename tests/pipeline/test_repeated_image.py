@@ -36,7 +36,7 @@ class Sonar:
     def show(self, data: bytes) -> str:
         self.number += 1
         t_s = self.number * PERIOD_S
-        self.judge.hear_pose(pose(self.speed_mps * t_s, self.turn_rps * t_s))
+        self.judge.add_pose(pose(self.speed_mps * t_s, self.turn_rps * t_s))
         ping: Ping = make_ping(np.zeros((60, 1000), np.uint8), t_ns=round(t_s * 1e9))
         return self.judge.judge(msgspec.structs.replace(ping, data=data))
 

@@ -10,7 +10,7 @@ from ods.base.arrays import Bytes, Floats, Mask
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.no_data import ALL_DATA
 from ods.pipeline.settings import PipelineSettings
-from ods.pipeline.sight import Sight, Unseen
+from ods.pipeline.sight import BlindnessMonitor, Unseen
 from tests.pipeline.pings import fan_bearings, make_ping
 
 BEAMS, SAMPLES, PERIOD_S = 60, 1000, 0.15
@@ -34,7 +34,7 @@ class Sonar:
     """Judges ping after ping of one sonar."""
 
     def __init__(self) -> None:
-        self.sight, self.t_s, self.rng = Sight(), 0.0, np.random.default_rng(2)
+        self.sight, self.t_s, self.rng = BlindnessMonitor(), 0.0, np.random.default_rng(2)
         self.period_s = PERIOD_S
 
     def see(self, frame: Bytes, missing: Mask = ALL_DATA, **changes: Any) -> Unseen:

@@ -80,9 +80,13 @@ def test_the_chain_takes_the_numbers_of_each_ping_s_own_spacing() -> None:
         (
             ({"use": "filter.box"}, {"use": "detect.two_level"}),
             0.5,
-            "smallest_object_m: the stages are not the default",
+            "smallest_object_m: needs the default",
         ),
-        (({"use": "filter.fir", "taps": 5}, {"use": "detect.two_level"}), 0.5, "smallest_object_m: the stages are not"),
+        (
+            ({"use": "filter.fir", "taps": 5}, {"use": "detect.two_level"}),
+            0.5,
+            "smallest_object_m: needs the default stages",
+        ),
     ],
 )
 def test_a_size_that_would_decide_nothing_is_refused(

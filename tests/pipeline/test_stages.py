@@ -43,9 +43,9 @@ def frame() -> np.ndarray:
 @pytest.mark.parametrize(
     ("stages", "complaint"),
     [
-        ([DETECT, {"use": "filter.fir"}], "pipeline.stage: the last stage, and no other, must be one that detects"),
-        ([{"use": "filter.fir"}], "pipeline.stage: the last stage, and no other, must be one that detects"),
-        ([DETECT, DETECT], "pipeline.stage: the last stage, and no other, must be one that detects"),
+        ([DETECT, {"use": "filter.fir"}], "pipeline.stage: exactly the last stage must be one that detects"),
+        ([{"use": "filter.fir"}], "pipeline.stage: exactly the last stage must be one that detects"),
+        ([DETECT, DETECT], "pipeline.stage: exactly the last stage must be one that detects"),
     ],
 )
 def test_wrong_chains_are_one_line(stages: list[dict[str, Any]], complaint: str) -> None:

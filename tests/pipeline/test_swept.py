@@ -97,7 +97,7 @@ def run(sea: Sea, sweeps: list[list[int]], sector: tuple[int, int], every: int =
     chain.follow_sweeps()
     for ping in sea.pings(sweeps, sector, every):
         while 0.02 * seq <= ping.t_ns / NS + 0.1:
-            chain.hear_pose(sea.pose(0.02 * seq, seq))
+            chain.add_pose(sea.pose(0.02 * seq, seq))
             seq += 1
         found.append(chain.process(ping))
     return found
@@ -218,5 +218,5 @@ def test_a_chain_by_itself_takes_no_beams_for_an_image() -> None:
 def test_stages_that_compare_pings_are_refused_by_name() -> None:
     settings = PipelineSettings(stage=({"use": "filter.ping_iir"}, *STAGES))
     ping = next(iter(Sea(BODIES).pings([THERE], SECTOR, 10)))
-    with pytest.raises(PingError, match="compares pings"):
+    with pytest.raises(PingError, match="compares successive pings"):
         processor(settings).process(ping)

@@ -94,4 +94,4 @@ def test_without_way_points_it_ends_with_one_line(capfd: pytest.CaptureFixture[s
         config = Path(folder) / "bench.toml"
         config.write_text((ROOT / "config" / "bench.toml").read_text().replace("/tmp/ods-bench", folder))
         assert main(["planner", "--config", str(config)]) == 2
-    assert capfd.readouterr().err == "ods planner: planner: missing: `way_points` says where to go\n"
+    assert capfd.readouterr().err == "ods planner: planner: missing: set `way_points`, the vehicle's route\n"

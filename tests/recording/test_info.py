@@ -37,7 +37,7 @@ def test_the_table_tells_counts_rates_gaps_processes_and_faults(
     assert "3.0 s\n" in said
     assert "ods 9.9; " in said
     assert "config.toml (1.5 kB)" in said
-    assert "nobody kept right" in said
+    assert "was not synchronized" in said
     rows = dict(re.findall(r"^(\w+) +(\d+ +[\d.]+ +\d+) ", said, re.MULTILINE))
     count, rate, missed = rows["pose"].split()
     assert (int(count), int(missed)) == (60 - missed_poses, missed_poses)
@@ -62,4 +62,4 @@ def test_a_single_file_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[st
 def test_what_is_no_recording_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.mcap").write_bytes(b"rubbish")
     assert main(["info", str(tmp_path / "a.mcap")]) == 1
-    assert capsys.readouterr().err == f"ods info: {tmp_path / 'a.mcap'}: no MCAP file\n"
+    assert capsys.readouterr().err == f"ods info: {tmp_path / 'a.mcap'}: not an MCAP file\n"

@@ -121,10 +121,10 @@ def test_a_kill_between_the_chunk_and_the_cut_behind_it(tmp_path: Path, monkeypa
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (b"", "no MCAP file"),
-        (b"rubbish" * 100, "no MCAP file"),
-        (MAGIC, "no recording of ods"),
-        (MAGIC + encoded(Header("ros2", "somebody")), "no recording of ods"),
+        (b"", "not an MCAP file"),
+        (b"rubbish" * 100, "not an MCAP file"),
+        (MAGIC, "not a recording of ODS"),
+        (MAGIC + encoded(Header("ros2", "somebody")), "not a recording of ODS"),
     ],
 )
 def test_a_foreign_file_is_one_line(tmp_path: Path, content: bytes, says: str) -> None:

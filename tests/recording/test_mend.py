@@ -23,7 +23,7 @@ def test_a_damaged_chunk_is_left_out_so_that_all_readers_read_on_and_the_file_is
     damaged[damaged.index(b"zstd") + 60] ^= 255  # in the first chunk's records
     path.write_bytes(damaged)
     mend(path)
-    assert f"bad_chunks 1; as it was: {path}.damaged" in capsys.readouterr().out
+    assert f"bad_chunks 1; original kept as {path}.damaged" in capsys.readouterr().out
     assert Path(f"{path}.damaged").read_bytes() == damaged
     with path.open("rb") as file:
         messages = list(make_reader(file, validate_crcs=True).iter_messages())
@@ -35,7 +35,7 @@ def test_a_damaged_chunk_is_left_out_so_that_all_readers_read_on_and_the_file_is
 def test_a_file_that_does_not_tell_its_time_is_one_line(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     path.write_bytes(MAGIC + encoded(Header("ods", "x"), Metadata("ods", {"version": "0.4.0"})))
-    with pytest.raises(RecordingError, match="does not tell its time: nothing to be saved"):
+    with pytest.raises(RecordingError, match="contains no time stamps: nothing can be repaired"):
         mend(path)
     assert list(tmp_path.iterdir()) == [path]
 

@@ -291,7 +291,7 @@ def ended(recorder: "subprocess.Popen[str]") -> str:
 def test_nobody_publishes(tmp_path: Path) -> None:
     path = tmp_path / "nothing.s7k"
     with chain() as live:
-        assert f"nothing to record came from {live.run_dir}" in ended(
+        assert f"nothing to record was received from {live.run_dir}" in ended(
             live.record("--s7k", str(path), "--seconds", "0.5")
         )
     assert not path.exists()

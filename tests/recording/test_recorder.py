@@ -192,9 +192,9 @@ def test_a_kill_between_catalogue_and_header_is_mended(tmp_path: Path) -> None:
     ("content", "reason"),
     [
         (b"", "empty"),
-        (b"nothing like it", "does not begin with a whole record"),
-        (bytes(500), "does not begin with a whole record"),
-        (encode_file_header(UTC_NS, "x")[1:], "does not begin with a whole record"),
+        (b"nothing like it", "does not begin with a complete record"),
+        (bytes(500), "does not begin with a complete record"),
+        (encode_file_header(UTC_NS, "x")[1:], "does not begin with a complete record"),
     ],
 )
 def test_files_that_cannot_be_mended_are_left_alone(
@@ -212,7 +212,7 @@ def test_another_program_s_header_without_room_for_a_catalogue(tmp_path: Path) -
 
     path = tmp_path / "x.s7k"
     path.write_bytes(encode_record(7200, bytes(324), UTC_NS, DeviceId(7000)) + b"torn")
-    with pytest.raises(ValueError, match="no room for a catalogue"):
+    with pytest.raises(ValueError, match="no space for a catalogue"):
         mend_s7k(path)
     assert path.read_bytes().endswith(b"torn")
 

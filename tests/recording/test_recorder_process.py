@@ -333,7 +333,7 @@ def test_rules_for_a_full_disk() -> None:
         chain.until(lambda: chain.count("deleted_segments") == 2 and chain.says("no space left"))
     with live(f'when_full = "stop"\nkeep_free_mb = {10**9}') as chain:
         chain.record()
-        chain.until(lambda: chain.says("stopped for good"))
+        chain.until(lambda: chain.says("stopped until restart"))
 
 
 @pytest.mark.parametrize(
@@ -341,7 +341,7 @@ def test_rules_for_a_full_disk() -> None:
     [
         (["--out", "/proc/nowhere"], "/proc/nowhere"),
         (["--config", "config/onboard-nmea.toml"], "record.folder: missing"),
-        (["--out", "{full}"], "holds a recording already"),
+        (["--out", "{full}"], "contains a recording already"),
     ],
 )
 def test_what_cannot_be_is_one_line(tmp_path: Path, arguments: list[str], says: str) -> None:

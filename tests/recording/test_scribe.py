@@ -6,7 +6,7 @@ import pytest
 
 from ods.recording.inbox import Inbox, Received
 from ods.recording.mcap.reader import open_recording
-from ods.recording.scribe import Scribe
+from ods.recording.scribe import RecordingWriter
 from ods.recording.settings import RecordConfig, RecordSettings
 from ods.tracker.settings import MapSettings, TrackerSettings
 from tests.locked_folder import lock
@@ -16,7 +16,7 @@ def test_a_map_that_may_not_be_looked_at_is_left_out(tmp_path: Path, monkeypatch
     folder, path = tmp_path / "recording", tmp_path / "locked" / "map.sqlite"
     lock(monkeypatch, path.parent)
     tracker, inbox = TrackerSettings(map=MapSettings(path=path)), Inbox(1000)
-    scribe = Scribe(RecordConfig(RecordSettings(keep_free_mb=0.0), tracker, out=folder), inbox, lambda: True)
+    scribe = RecordingWriter(RecordConfig(RecordSettings(keep_free_mb=0.0), tracker, out=folder), inbox, lambda: True)
     inbox.put([Received("sonar-answers", 1, b"\x80")])
     inbox.close()
     scribe.run()

@@ -54,9 +54,9 @@ class Board:
             return []
         if isinstance(message, Pose):
             message = self._stepped(message)
-            self.tracker.hear_pose(message)
+            self.tracker.add_pose(message)
         elif isinstance(message, Health):
-            self.tracker.hear_health(message)
+            self.tracker.add_health(message)
         self.tracker.follow_utc(recorded.log_ns)
         told = self.tracker.track(message, recorded.log_ns) if isinstance(message, Detections) else None
         lists: list[tuple[str, msgspec.Struct]] = [] if told is None else [("obstacles", told.message)]

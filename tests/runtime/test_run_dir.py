@@ -21,7 +21,7 @@ from ods.runtime.processes import PROCESSES
 from ods.runtime.run_dir import Lock, RunDirError, is_locked, prepare
 
 CONFIG = Path(__file__).parents[2] / "config"
-NOBODY, GROUP = 65534, 65533
+NO_CLIENT, GROUP = 65534, 65533
 as_root = pytest.mark.skipif(os.geteuid() != 0, reason="only root can become somebody else")
 
 
@@ -92,10 +92,10 @@ def test_a_planner_of_the_group_may_connect_and_nobody_else(place: Path) -> None
     os.chown(run_dir, 0, GROUP)
     publisher = bus.Publisher(context, run_dir, "tracker")
     os.chown(run_dir / "tracker.sock", 0, GROUP)
-    assert by(NOBODY, GROUP, lambda: connect(run_dir / "tracker.sock"))
-    assert not by(NOBODY, GROUP, (run_dir / "tracker.sock").unlink)
-    assert not by(NOBODY, NOBODY, lambda: connect(run_dir / "tracker.sock"))
-    assert not by(NOBODY, NOBODY, lambda: list(run_dir.iterdir()))
+    assert by(NO_CLIENT, GROUP, lambda: connect(run_dir / "tracker.sock"))
+    assert not by(NO_CLIENT, GROUP, (run_dir / "tracker.sock").unlink)
+    assert not by(NO_CLIENT, NO_CLIENT, lambda: connect(run_dir / "tracker.sock"))
+    assert not by(NO_CLIENT, NO_CLIENT, lambda: list(run_dir.iterdir()))
     publisher.close()
     context.term()
 
@@ -110,7 +110,7 @@ def test_a_folder_that_another_user_made_beforehand_is_refused(place: Path) -> N
         run_dir.mkdir(mode=0o777)
         (run_dir / "nav.lock").symlink_to(victim)
 
-    assert by(NOBODY, NOBODY, attack)
+    assert by(NO_CLIENT, NO_CLIENT, attack)
     with pytest.raises(RunDirError, match=r"^bus.run_dir: \S+ belongs to user nobody, and this runs as user root"):
         Lock(run_dir, "nav")
     assert victim.read_text() == "precious"
@@ -153,7 +153,7 @@ def test_who_listens_believes_the_processes_user_only(place: Path, parent: int, 
     run_dir = place / "deep" / "run"
     run_dir.mkdir(parents=True)
     publisher = bus.Publisher(context, run_dir, "tracker")
-    os.chown(run_dir, NOBODY, NOBODY)
+    os.chown(run_dir, NO_CLIENT, NO_CLIENT)
     run_dir.parent.chmod(parent)
     run_dir.chmod(folder)
     client = Obstacles(run_dir, stale_s=0.2)

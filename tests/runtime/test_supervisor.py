@@ -104,7 +104,7 @@ def test_a_hung_child_is_killed_and_started_again(tmp_path: Path) -> None:
     assert not Path(f"/proc/{first}").exists()
     supervisor.terminate()
     assert supervisor.stderr is not None
-    assert "nav shows no sign of life: killed" in supervisor.stderr.read()
+    assert "nav sent no watchdog message in time: killed" in supervisor.stderr.read()
 
 
 def test_a_child_that_is_at_work_while_it_starts_is_not_killed(
@@ -124,8 +124,8 @@ def test_a_child_that_is_at_work_while_it_starts_is_not_killed(
     assert (child.pid, child.busy) == (first, STARVED)
     child.step(33.0)  # neither ran nor waited for a processor since
     assert child.pid == 0
-    assert caplog.text.count("nav gives no sign of life yet") == 1
-    assert "nav shows no sign of life: killed" in caplog.text
+    assert caplog.text.count("nav has sent no watchdog message yet") == 1
+    assert "nav sent no watchdog message in time: killed" in caplog.text
     child.reap(0.0)
 
 
@@ -230,18 +230,18 @@ def test_a_child_that_cannot_be_killed_holds_up_nobody(tmp_path: Path, caplog: p
         child.step(now_s)
         assert (child.pid, child.down) == (held, HELD)
     assert [record.message for record in caplog.records if record.levelname == "ERROR"] == [
-        "tracker shows no sign of life: killed",
-        f"tracker {HELD}: it is started again when it is gone",
+        "tracker sent no watchdog message in time: killed",
+        f"tracker {HELD}: restarting it when it has ended",
     ]
     os.kill(held, signal.SIGKILL)
     while child.pid == held:
         child.step(14.0)
-    assert child.down == "killed by signal 9: it showed no sign of life"
+    assert child.down == "killed by signal 9: it sent no watchdog message in time"
     child.step(15.0)
     other = child.pid
     assert other not in (0, held)
     child.reap(0.0)
-    assert f"pid {other} is left behind" in caplog.text
+    assert f"pid {other} keeps running" in caplog.text
     os.kill(other, signal.SIGKILL)
     os.waitpid(other, 0)
 

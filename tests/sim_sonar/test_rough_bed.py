@@ -28,10 +28,10 @@ PATTERN = VerticalPattern()
 SONAR = make_sonar(SonarFile(name="short", frequency_hz=455e3, beams_per_plane=21, beam_spacing_deg=2.0,
                              beam_width_deg=2.0, range0_m=0.1, dr_m=0.1, samples=400))  # fmt: skip
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
-NOBODY = np.empty(0, BODY)
+NO_CLIENT = np.empty(0, BODY)
 
 
-def image_of(bed: SeaBedModel, objects: Bodies = NOBODY, attitude: Floats = LEVEL,
+def image_of(bed: SeaBedModel, objects: Bodies = NO_CLIENT, attitude: Floats = LEVEL,
              max_error: float = 0.01, shadows: bool = True) -> Floats:  # fmt: skip
     surroundings = Surroundings(objects, bed, shadows)
     return mean_area(grid_of(SONAR), surroundings, VehiclePose(np.zeros(3), attitude), max_error)
@@ -221,7 +221,7 @@ def test_bad_height_files_are_one_line(tmp_path: Path, change: dict[str, Any], s
         load_scene(scene)
     assert "\n" not in str(caught.value)
     (tmp_path / "bed.npz").write_text("not an archive")
-    with pytest.raises(ConfigError, match=r"not a whole \.npz file"):
+    with pytest.raises(ConfigError, match=r"not a complete \.npz file"):
         load_scene(scene)
     (tmp_path / "bed.npz").unlink()
     with pytest.raises(ConfigError, match="No such file"):

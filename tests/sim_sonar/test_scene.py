@@ -40,7 +40,7 @@ def read(tmp_path: Path, text: str) -> Scene:
         (HEAD + BALL + "radius_m = 40.0", r"objects: 'ball' is around the sonar at t = 0.00 s"),
         (HEAD + BALL + "radius_m = 2.0", r"objects: 'ball' is around the sonar at t = 28.00 s"),
         (HEAD + BALL.replace("sphere", "cube") + "radius_m = 2.0", r"objects.*shape"),
-        (HEAD + 2 * (BALL + "radius_m = 0.1\n"), r"two objects are called 'ball'"),
+        (HEAD + 2 * (BALL + "radius_m = 0.1\n"), r"two objects have the name 'ball'"),
         (HEAD + BALL + "radius_m = 1.0\nwaypoints = [{t_s = 0.0, position_ned = [1, 2, 3]}]", r"position_ned: give"),
         (HEAD + "[sea_bed]\ndepth_m = 9.0", r"sea_bed.depth_m: the sonar is under the sea-bed at t = 0.00 s"),
         (HEAD + "[sea_bed]\ndepth_m = 19.0\nsurface = { sigma_deg = 0.0 }", r"sea_bed.surface.sigma_deg"),

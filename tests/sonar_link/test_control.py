@@ -89,7 +89,7 @@ def test_what_is_wanted_is_asked_for_once_and_again_after_each_connection() -> N
     wanted = control(range_m=100.0, gain_db=20.0)
     assert sent(wanted, 0) == [(1003, 100.0), (1008, 20.0)]
     assert sent(wanted, 60) == []  # a silent sonar is not talked at
-    wanted.told(Controls(100.0, 0.0, 20.0), 61 * S)
+    wanted.take(Controls(100.0, 0.0, 20.0), 61 * S)
     assert (wanted.orders.state("range_m"), wanted.problems()) == (OrderState.TAKEN, [])
     wanted.connected()
     assert sent(wanted, 62) == [(1003, 100.0), (1008, 20.0)]
@@ -97,7 +97,7 @@ def test_what_is_wanted_is_asked_for_once_and_again_after_each_connection() -> N
 
 def test_nothing_wanted_leaves_the_sonar_alone() -> None:
     left = control()
-    left.told(Controls(50.0), S)
+    left.take(Controls(50.0), S)
     assert (sent(left, 2), left.problems()) == ([], [])
 
 
@@ -106,10 +106,10 @@ def test_a_setting_that_does_not_show_is_sent_again_a_limited_number_of_times_an
     times = []
     for tenth in range(200):
         times += [tenth / 10 for _ in sent(wanted, tenth / 10)]
-        wanted.told(Controls(50.0), tenth * S // 10)
+        wanted.take(Controls(50.0), tenth * S // 10)
     assert times == [0.0, 1.1, 2.2]
-    assert wanted.problems() == ["the sonar did not take range 100 m: it says 50 m"]
-    wanted.told(Controls(100.2), 30 * S)  # its own steps
+    assert wanted.problems() == ["the sonar did not accept range 100 m: it reports 50 m"]
+    wanted.take(Controls(100.2), 30 * S)  # its own steps
     assert wanted.problems() == []
 
 
@@ -134,17 +134,17 @@ def test_a_refusal_is_said_at_once_with_its_code() -> None:
     wanted.answered(ControlReply(request.ticket + 1, 9))
     assert wanted.orders.state("range_m") is OrderState.ASKED
     wanted.answered(ControlReply(request.ticket, 2))
-    assert wanted.problems() == ["the sonar refused range 500 m (error 2): it has not said what it has"]
-    wanted.told(Controls(100.0), 10 * S)
-    assert wanted.problems() == ["the sonar refused range 500 m (error 2): it says 100 m"]
+    assert wanted.problems() == ["the sonar refused range 500 m (error 2): it has not reported its settings"]
+    wanted.take(Controls(100.0), 10 * S)
+    assert wanted.problems() == ["the sonar refused range 500 m (error 2): it reports 100 m"]
     assert sent(wanted, 11) == []
 
 
 def test_a_sonar_that_starts_afresh_behind_an_open_line_is_asked_again() -> None:
     wanted = control(range_m=50.0)
     sent(wanted, 0)
-    wanted.told(Controls(50.0), S)
-    wanted.told(Controls(100.0), 2 * S)
+    wanted.take(Controls(50.0), S)
+    wanted.take(Controls(100.0), 2 * S)
     assert sent(wanted, 2) == [(1003, 50.0)]
     assert wanted.orders.counters["control_lost"] == 1
 
@@ -152,12 +152,12 @@ def test_a_sonar_that_starts_afresh_behind_an_open_line_is_asked_again() -> None
 def test_pings_under_way_do_not_count_as_disobedience() -> None:
     wanted = control(range_m=100.0)
     sent(wanted, 0)
-    wanted.told(Controls(100.0), S)
+    wanted.take(Controls(100.0), S)
     wanted.orders.wish("range_m", 50.0)
     assert sent(wanted, 1.5) == [(1003, 50.0)]
-    wanted.told(Controls(100.0), round(1.6 * S))
+    wanted.take(Controls(100.0), round(1.6 * S))
     assert sent(wanted, 1.7) == []
-    wanted.told(Controls(50.0), round(1.8 * S))
+    wanted.take(Controls(50.0), round(1.8 * S))
     assert wanted.orders.state("range_m") is OrderState.TAKEN
 
 
@@ -165,9 +165,9 @@ def test_a_value_that_is_no_number_is_not_what_was_asked_for() -> None:
     wanted = control(gain_db=20.0)
     sent(wanted, 0)
     for second in range(1, 9):
-        wanted.told(Controls(100.0, 0.0, NAN), second * S)
+        wanted.take(Controls(100.0, 0.0, NAN), second * S)
         sent(wanted, second)
-    assert wanted.problems() == ["the sonar did not take gain 20 dB: it says nan dB"]
+    assert wanted.problems() == ["the sonar did not accept gain 20 dB: it reports nan dB"]
 
 
 def test_a_refused_subscription_is_said() -> None:
@@ -205,10 +205,10 @@ def test_a_planner_is_answered_when_the_sonar_shows_the_value() -> None:
     planners = Planners(orders)
     planners.ask(b"p", range_m=50.0)
     assert sent(orders, 0) == [(1003, 50.0)]
-    orders.told(Controls(100.0), S // 10)
+    orders.take(Controls(100.0), S // 10)
     planners.requests.answer(S // 10)
     assert not planners.answers
-    orders.told(Controls(50.0, 210.0, NAN), S // 5)
+    orders.take(Controls(50.0, 210.0, NAN), S // 5)
     planners.requests.answer(S // 5)
     planners.requests.answer(S)
     assert planners.answers == {b"p": SonarAnswer(ok=True, reason="", range_m=50.0, power_db=210.0)}
@@ -231,21 +231,21 @@ def test_a_planner_hears_why_not() -> None:
     planners.requests.answer(5 * S)
     assert planners.reason(b"silence") == "the sonar said nothing for 4 s; it will be asked when it is back"
     planners.ask(b"absurd", range_m=float("inf"))
-    assert planners.reason(b"absurd") == "range_m: inf is no number"
+    assert planners.reason(b"absurd") == "range_m: inf is not a number"
 
 
 def test_a_wish_that_is_refused_leaves_what_was_ordered_before() -> None:
     orders = control(range_m=100.0)
     planners = Planners(orders)
     (configured,) = orders.requests(0)
-    orders.told(Controls(100.0), S)
+    orders.take(Controls(100.0), S)
     for name, at_s in ((b"first", 2), (b"second", 3)):
         planners.ask(name, range_m=500.0, gain_db=10.0)
         asked = {request.command: request for request in orders.requests(at_s * S)}
-        orders.told(Controls(100.0, NAN, 10.0), at_s * S + 1)
+        orders.take(Controls(100.0, NAN, 10.0), at_s * S + 1)
         orders.answered(ControlReply(asked[configured.command].ticket, 2))
         planners.requests.answer(at_s * S + 2)
-        assert planners.reason(name) == "the sonar refused range 500 m (error 2): it says 100 m"
+        assert planners.reason(name) == "the sonar refused range 500 m (error 2): it reports 100 m"
         assert orders.problems() == []
     orders.connected()
     assert sorted(sent(orders, 9)) == [(1003, 100.0), (1008, 10.0)]
@@ -259,7 +259,7 @@ def test_a_wish_that_fails_when_nobody_waits_any_more_is_forgotten_one_that_was_
     planners.requests.answer(5 * S)
     assert planners.reason(b"p").startswith("the sonar said nothing")
     for at_s in range(6, 11):
-        orders.told(Controls(100.0), at_s * S)
+        orders.take(Controls(100.0), at_s * S)
         sent(orders, at_s)
         planners.requests.answer(at_s * S)
     assert orders.problems() == []
@@ -268,14 +268,14 @@ def test_a_wish_that_fails_when_nobody_waits_any_more_is_forgotten_one_that_was_
 
     planners.ask(b"again", 12.0, range_m=50.0)
     sent(orders, 12)
-    orders.told(Controls(50.0), 13 * S)
+    orders.take(Controls(50.0), 13 * S)
     planners.requests.answer(13 * S)
     assert planners.reason(b"again") == ""
     for at_s in range(14, 20):
-        orders.told(Controls(100.0), at_s * S)
+        orders.take(Controls(100.0), at_s * S)
         sent(orders, at_s)
         planners.requests.answer(at_s * S)
-    assert orders.problems() == ["the sonar did not take range 50 m: it says 100 m"]
+    assert orders.problems() == ["the sonar did not accept range 50 m: it reports 100 m"]
 
 
 def test_a_later_request_replaces_an_earlier_one_for_the_same_setting_only() -> None:
@@ -290,8 +290,8 @@ def test_a_request_for_nothing_asks_what_the_sonar_says() -> None:
     orders = control()
     planners = Planners(orders)
     planners.ask(b"early")
-    assert planners.reason(b"early") == "the sonar has not said anything yet"
-    orders.told(Controls(75.0, 210.0, 30.0), 0)
+    assert planners.reason(b"early") == "the sonar has not reported its settings yet"
+    orders.take(Controls(75.0, 210.0, 30.0), 0)
     planners.ask(b"late")
     assert planners.answers[b"late"] == SonarAnswer(ok=True, reason="", range_m=75.0, power_db=210.0, gain_db=30.0)
 

@@ -51,7 +51,7 @@ def test_aris_cut_off_and_corrupt(tmp_path: Path) -> None:
     ("edit", "message"),
     [
         (lambda data: data.__delitem__(slice(1500, None)), "not an ARIS recording"),
-        (lambda data: data.__delitem__(slice(5000, None)), "no whole frame"),
+        (lambda data: data.__delitem__(slice(5000, None)), "no complete frame"),
         (lambda data: struct.pack_into("<I", data, 1024 + 468, 2**32 - 1), "first frame header is corrupt"),
         (lambda data: struct.pack_into("<I", data, 1024 + 436, 77), "first frame header is corrupt"),
         (lambda data: struct.pack_into("<I", data, 1024 + 436, 6), "first frame header is corrupt"),

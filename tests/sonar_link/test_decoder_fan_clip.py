@@ -108,7 +108,7 @@ def test_without_pyav_one_line_tells_what_to_install(tmp_path: Path, monkeypatch
     path = tmp_path / "clip.avi"
     path.write_bytes(clip(b"MJPG", 24, 128, 144, [jpeg(fan_picture(3.0, 0.0))]))
     monkeypatch.setitem(sys.modules, "av", None)
-    with pytest.raises(PingFileError, match=r"clips are decoded by PyAV: pip install 'ods\[clips\]'$"):
+    with pytest.raises(PingFileError, match=r"decoding clips needs PyAV: pip install 'ods\[clips\]'$"):
         open_pings(path, FAN)
 
 
@@ -171,9 +171,9 @@ def test_an_image_of_another_size_counts_as_corrupt(tmp_path: Path, side: int) -
 def test_a_fan_beside_the_image_and_no_fan_at_all(tmp_path: Path) -> None:
     path = tmp_path / "clip.avi"
     path.write_bytes(clip(b"MJPG", 24, 16, 16, [jpeg(np.zeros((16, 16), np.uint8))]))
-    with pytest.raises(PingFileError, match="outside of the image"):
+    with pytest.raises(PingFileError, match="outside the image"):
         open_pings(path, FAN)
-    with pytest.raises(PingFileError, match="fan geometry must be given"):
+    with pytest.raises(PingFileError, match="needs its fan geometry"):
         open_pings(path)
 
 

@@ -110,11 +110,11 @@ def test_npz_of_single_images_in_all_scales_and_sample_types(
         ("quat", None, "no array `quat`"),
         ("quat", [[1, 0, 0, 0], [0, 0, 0, 0]], "quat: must be 2 unit quaternions"),
         ("pos_ned", [[0, 0, np.nan], [0, 0, 0]], "pos_ned: must be 2 x 3 finite numbers"),
-        ("pos_ned", [[0, 0, 1e300], [0, 0, 0]], "pos_ned: a place is farther than"),
+        ("pos_ned", [[0, 0, 1e300], [0, 0, 0]], "pos_ned: a position is farther than"),
         ("quat", [[1e300, 0, 0, 0], [1, 0, 0, 0]], "quat: must be 2 unit quaternions"),
         ("truth", np.zeros((2, 1, 6)), "truth: shape"),
         ("truth", np.array([[["a"]]]), "truth: not an array of numbers"),
-        ("dr_m", np.array({"a": 1}), "not a whole .npz file"),
+        ("dr_m", np.array({"a": 1}), "not a complete .npz file"),
     ],
 )
 def test_npz_errors_are_one_line_that_names_the_array(
@@ -139,7 +139,7 @@ def test_npz_of_an_array_with_a_damaged_header(tmp_path: Path, header: bytes) ->
     path = tmp_path / "bad.npz"
     with zipfile.ZipFile(path, "w") as file:
         file.writestr("frames.npy", b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header)
-    with pytest.raises(PingFileError, match=r"not a whole \.npz file") as caught:
+    with pytest.raises(PingFileError, match=r"not a complete \.npz file") as caught:
         open_pings(path)
     assert "\n" not in str(caught.value)
 

@@ -66,5 +66,5 @@ def test_oculus_absurd_sizes(tmp_path: Path, offset: int, value: int) -> None:
         del data[182016:]
         struct.pack_into("<I" if offset in (110, 114) else "<H" if offset != 97 else "<B", data, offset, value)
 
-    with pytest.raises(PingFileError, match="no whole simple ping result"):
+    with pytest.raises(PingFileError, match="no complete simple ping result"):
         open_pings(edited(tmp_path / "bad.raw", OCULUS, spoil))

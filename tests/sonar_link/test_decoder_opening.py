@@ -34,10 +34,10 @@ def test_the_content_decides_not_the_suffix(tmp_path: Path, recording: Path, pin
 @pytest.mark.parametrize(
     ("start", "message"),
     [
-        (b"PK\x03\x04\xff\xff\x00\x00", "not a whole .npz file"),
+        (b"PK\x03\x04\xff\xff\x00\x00", "not a complete .npz file"),
         (b"DDF\x05\xff\xff\x00\x00", "not an ARIS recording"),  # of 65535 frames
-        (b"SO\x00\x00\xff\xff\x00\x00", "no whole simple ping result"),
-        (b"RIFF\xff\xff\x00\x00AVI ", "fan geometry must be given"),  # of 65535 bytes
+        (b"SO\x00\x00\xff\xff\x00\x00", "no complete simple ping result"),
+        (b"RIFF\xff\xff\x00\x00AVI ", "needs its fan geometry"),  # of 65535 bytes
         (b"\x05\x00<\x00\xff\xff\x00\x00", "no ping in it"),
     ],
 )
@@ -55,11 +55,11 @@ def test_a_sync_word_of_s7k_within_another_format_s_beginning(
     [
         ("missing.npz", None, "No such file"),
         ("empty.npz", b"", "the file is empty"),
-        ("cut.npz", b"PK\x03\x04 and then nothing", "not a whole .npz file"),
-        ("text.npz", b"not a zip archive at all", "not a whole .npz file"),
+        ("cut.npz", b"PK\x03\x04 and then nothing", "not a complete .npz file"),
+        ("text.npz", b"not a zip archive at all", "not a complete .npz file"),
         ("text.s7k", b"not a recording at all", "no ping in it"),
         ("text.aris", b"not a recording at all", "not an ARIS recording"),
-        ("text.raw", b"not a recording at all", "no whole simple ping result"),
+        ("text.raw", b"not a recording at all", "no complete simple ping result"),
         ("clip.avi", b"RIFF and so on", "none of the known formats"),
     ],
 )
@@ -84,5 +84,5 @@ def test_a_pipe_that_nobody_writes_to_is_not_waited_for(tmp_path: Path, suffix: 
     path = tmp_path / f"pipe{suffix}"
     os.mkfifo(path)
     assert not is_scenario(path)
-    with pytest.raises(PingFileError, match="no file, but a device or a pipe"):
+    with pytest.raises(PingFileError, match="a device or a pipe, not a file"):
         open_pings(path)

@@ -180,7 +180,7 @@ def test_a_sonar_is_left_alone_when_nothing_is_configured(far_end: FarEnd, start
 
 def test_what_the_sonar_will_not_do_is_said_in_plain_words(far_end: FarEnd, start: Callable[..., Process]) -> None:
     process = start(range_m=900.0)
-    process.wait(lambda: "the sonar refused range 900 m (error 2): it says 100 m" in process.problems())
+    process.wait(lambda: "the sonar refused range 900 m (error 2): it reports 100 m" in process.problems())
     process.wait(lambda: len(process.pings) > 3)  # it goes on
 
 
@@ -191,10 +191,10 @@ def test_a_planner_sets_the_range(far_end: FarEnd, start: Callable[..., Process]
     process.wait(lambda: process.range_m() == 50.0)
     answer = planner.ask(SonarRequest(gain_db=20.0, power_db=200.0))
     assert (answer.range_m, answer.gain_db, answer.power_db) == (50.0, 20.0, 200.0)
-    with pytest.raises(SonarError, match=r"the sonar refused range 500 m \(error 2\): it says 50 m"):
+    with pytest.raises(SonarError, match=r"the sonar refused range 500 m \(error 2\): it reports 50 m"):
         planner.set_range(500.0)
     far_end.stubborn = True
-    with pytest.raises(SonarError, match="the sonar did not take range 70 m: it says 50 m"):
+    with pytest.raises(SonarError, match="the sonar did not accept range 70 m: it reports 50 m"):
         planner.set_range(70.0)
     process.hears_again()
     assert process.problems() == []  # else all obstacle lists were not valid

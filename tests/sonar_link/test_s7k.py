@@ -189,5 +189,5 @@ def test_round_trip(
 def test_pings_that_the_format_cannot_carry_are_refused() -> None:
     with pytest.raises(ValueError, match="scale db"):
         records.encode_ping(make_ping(scale="db", scale_factor=0.3))
-    with pytest.raises(ValueError, match="no multiple"):
+    with pytest.raises(ValueError, match="not a multiple"):
         records.encode_ping(make_ping(range0_m=0.3))

@@ -122,7 +122,7 @@ def test_over_tcp_everything_travels_in_network_frames_and_a_connection_begins_w
 def test_requests_go_to_the_sonar_that_was_heard_and_its_settings_are_decoded_once() -> None:
     made = protocol(range_m=50.0)
     feed(made, make_ping(1), S, device=7128)
-    assert made.orders.told == Controls(10.5, 0.0, 0.0)
+    assert made.orders.reported == Controls(10.5, 0.0, 0.0)
     made.connected(S)
     (request,) = RecordFramer().feed(b"".join(made.requests(S)))
     assert (request.record_type, request.device) == (7500, DeviceId(7128))

@@ -145,7 +145,7 @@ def test_a_prediction_is_never_surer_than_the_filter(
     speed_sigma = np.full((3, 1), axis_kalman.velocity_variance(variance, slope, residual) ** 0.5)
     now = replace(now, sigma_position=np.full((3, 1), variance**0.5), sigma_velocity=speed_sigma)
     place, _, grown, _, _ = axis_kalman.predict(AxisState(0.0, 1.0, variance, slope, residual), dt, noise)
-    later = now.carried_on(dt, MotionSettings(acceleration_noise=noise))
+    later = now.extrapolated(dt, MotionSettings(acceleration_noise=noise))
     assert (later.sigma_position[:, 0] >= np.sqrt(grown) * (1.0 - 1e-9)).all()
     np.testing.assert_allclose(later.position[:, 0], place, atol=1e-9)
 

@@ -262,14 +262,14 @@ def test_a_disk_that_stalls_holds_up_no_list(folder: Folder, monkeypatch: pytest
 def flown(tracker: MissionTracker, t_s: float) -> ObstacleList:
     """Let it track a ping that shows nothing; return the list."""
     t_ns, zeros = round(t_s * NS), (0.0, 0.0, 0.0)
-    tracker.hear_pose(Pose(round(10 * t_s), t_ns, t_ns, zeros, (1.0, *zeros), zeros, zeros, zeros))
+    tracker.add_pose(Pose(round(10 * t_s), t_ns, t_ns, zeros, (1.0, *zeros), zeros, zeros, zeros))
     told = tracker.track(Detections(round(10 * t_s), round(10 * t_s), t_ns, t_ns, t_ns, 1480.0, SECTOR, []), t_ns)
     assert told is not None
     return told.message
 
 
 @pytest.mark.parametrize(
-    ("away_s", "reasons"), [(2.5, []), (3.5, ["sight has just come back: objects are still being confirmed"])]
+    ("away_s", "reasons"), [(2.5, []), (3.5, ["coverage has just come back: objects are still being confirmed"])]
 )
 def test_what_came_into_view_while_the_tracker_was_away_for_long_is_not_in_its_first_lists(
     away_s: float, reasons: list[str]

@@ -108,13 +108,13 @@ def number(text: str) -> tuple[float, float]:
 CAUSES: list[tuple[Wrong, str, float]] = [
     (Wrong(yaw=math.radians(2.0)), "sonar.mounting.yaw_deg, or the heading, is {} deg too large", 2.0),
     (Wrong(yaw=math.radians(-1.5)), "sonar.mounting.yaw_deg, or the heading, is {} deg too small", 1.5),
-    (Wrong(turn=math.radians(2.0)), "objects at rest seem to turn by {} deg/s about the vehicle", 2.0),
-    (Wrong(turn=math.radians(-0.2)), "objects at rest seem to turn by {} deg/s about the vehicle", -0.2),
+    (Wrong(turn=math.radians(2.0)), "static objects seem to turn by {} deg/s about the vehicle", 2.0),
+    (Wrong(turn=math.radians(-0.2)), "static objects seem to turn by {} deg/s about the vehicle", -0.2),
     (Wrong(scale=0.02), "ranges are {} % too long: is the sound speed right?", 2.0),
     (Wrong(scale=-0.03), "ranges are {} % too short: is the sound speed right?", 3.0),
     (Wrong(latency=0.1), "poses are stamped {} ms too early, by the pings' clock", 100.0),
     (Wrong(latency=-0.1), "poses are stamped {} ms too late, by the pings' clock", 100.0),
-    (Wrong(drift=(0.3, -0.2)), "objects at rest seem to move by {} m/s: does the INS's place drift?", 0.36),
+    (Wrong(drift=(0.3, -0.2)), "static objects seem to move by {} m/s: does the INS's position drift?", 0.36),
 ]
 
 
@@ -193,7 +193,7 @@ def test_what_is_wrong_by_a_known_amount_is_in_the_covariance(wrong: Wrong) -> N
 
 def test_a_jump_of_the_pose_begins_anew() -> None:
     errors = after(World(), Wrong(yaw=math.radians(2.0)))
-    errors.begin_anew()
+    errors.begin_again()
     assert not errors.problem()
 
 

@@ -66,11 +66,11 @@ def test_bayes_by_hand() -> None:
     np.testing.assert_allclose(missed, np.array([0.02, 0.3, 0.4, 0.055]) / 0.775)
 
 
-@pytest.mark.parametrize(("hits", "looks"), [(0, 3), (3, 3), (20, 40), (36, 40), (150, 200)])
+@pytest.mark.parametrize(("hits", "scans"), [(0, 3), (3, 3), (20, 40), (36, 40), (150, 200)])
 @pytest.mark.parametrize("crowding", [0.0, 1.0])
-def test_many_scans_prove_what_the_beta_binomial_law_says(hits: int, looks: int, crowding: float) -> None:
+def test_many_scans_prove_what_the_beta_binomial_law_says(hits: int, scans: int, crowding: float) -> None:
     """An object over clutter, whatever the order of hits and misses."""
-    order = np.random.default_rng(1).permutation(np.arange(looks) < hits)
+    order = np.random.default_rng(1).permutation(np.arange(scans) < hits)
     state, seen, probability = ExistenceState(0.5, 0.0, 0.0, 0.5), 0.0, 0.9
     for k, hit in enumerate(order.tolist()):
         rates = ipda.hit_rate_ratio(seen, float(k), probability, crowding)
@@ -80,10 +80,10 @@ def test_many_scans_prove_what_the_beta_binomial_law_says(hits: int, looks: int,
 
     def log_law(share: float, weight: float) -> float:
         a, b = weight * share, weight * (1.0 - share)
-        return float(betaln(a + hits, b + looks - hits) - betaln(a, b))
+        return float(betaln(a + hits, b + scans - hits) - betaln(a, b))
 
-    of_clutter = log_law(M.clutter_hit_rate, M.crowded_looks if crowding else M.clutter_looks)
-    expected = log_law(M.object_hit_rate, M.object_looks) - of_clutter
+    of_clutter = log_law(M.clutter_hit_rate, M.crowded_scans if crowding else M.clutter_scans)
+    expected = log_law(M.object_hit_rate, M.object_scans) - of_clutter
     assert np.log(state.visible / state.clutter) == pytest.approx(expected, abs=1e-3)
 
 

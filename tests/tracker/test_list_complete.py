@@ -36,7 +36,7 @@ def told(tracker: MissionTracker, t_ns: int, made_ns: int) -> ObstacleList:
         place = (10.0, 20.0 + 2.0 * off_ns / NS, 5.0)
         at_ns = t_ns + off_ns
         pose = Pose(seq, at_ns, at_ns + UTC_AHEAD_NS, place, east, (2.0, 0.0, 0.0), (0.1, 0.2, 0.3), (0.01, 0.02, 0.03))
-        tracker.hear_pose(pose)
+        tracker.add_pose(pose)
     rings = [(1.0, 50.0), (60.0, 80.0)]
     message = Detections(0, 0, t_ns, t_ns, t_ns, 1500.0, SECTOR, [], processed_ranges_m=rings)
     answer = tracker.track(message, made_ns)

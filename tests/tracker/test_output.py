@@ -119,7 +119,7 @@ def test_a_snapshot_is_carried_on_in_time() -> None:
     now = replace(snapshot(1), static=np.array([0.25]))
     now.velocity[:, 0] = [1.0, -2.0, 0.0]
     now.sigma_velocity[:, 0] = [0.1, 0.0, 0.2]
-    later = now.carried_on(2.0, MOTION)
+    later = now.extrapolated(2.0, MOTION)
     np.testing.assert_allclose(later.position[:, 0], [52.0, -3.0, 4.0])
     more = 0.75 * MOTION.acceleration_noise * 2.0**3 / 3.0 + 0.25 * MOTION.static_noise * 2.0
     np.testing.assert_allclose(later.sigma_position[:, 0] ** 2 - more, [0.3**2, 0.2**2, 3.4**2])
@@ -219,16 +219,16 @@ def test_a_list_just_after_sight_was_away_is_not_relied_on(away: str) -> None:
         long.pose(t_ns)
         if not (gone and away == "no ping"):
             long.ping(t_ns)
-            long.sight(t_ns, float(gone and away == "unseen"), "why", pose_known=not (gone and away == "no pose"))
+            long.observed(t_ns, float(gone and away == "unseen"), "why", pose_known=not (gone and away == "no pose"))
         told[tenth] = long.reasons(t_ns, pose_known=True)
-    back = ["sight has just come back: objects are still being confirmed"]
+    back = ["coverage has just come back: objects are still being confirmed"]
     assert (told[19], told[620], told[629], told[631], told[699]) == ([], back, back, [], [])
 
 
 def test_a_gap_of_seconds_is_no_new_view() -> None:
     short = monitor()
     for t_s in (9.8, 12.7):
-        short.sight(round(t_s * NS), 0.0, "")
+        short.observed(round(t_s * NS), 0.0, "")
         short.ping(round(t_s * NS))
     short.pose(round(12.7 * NS))
     assert [reason for reason in short.reasons(round(12.7 * NS), pose_known=True) if "sight" in reason] == []

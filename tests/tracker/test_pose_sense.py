@@ -44,7 +44,7 @@ def test_a_jump_is_told_once_and_for_a_second() -> None:
     sense, jumps = heard(before + course(100, begin_ns=NS, ahead_m=100.0))
     assert jumps == ["the pose jumped by 100.0 m"]
     assert sense.reasons(NS + NS // 2) == [
-        "the pose jumped by 100.0 m: objects seen before lie elsewhere, and are dropped"
+        "the pose jumped by 100.0 m: objects seen before are at wrong positions now, and are dropped"
     ]
     assert sense.reasons(2 * NS + STEP_NS) == []
 
@@ -92,7 +92,7 @@ def test_a_place_that_stands_still_under_way_is_told_until_it_moves() -> None:
     assert sense.reasons(frozen[189].t_ns) == []
     sense, _ = heard(frozen)
     assert sense.reasons(3 * NS) == [
-        "the pose's place has stood still for 3.0 s, in which the velocity told makes 3.0 m"
+        "the position of the INS has been constant for 3.0 s, although its velocity makes 3.0 m"
     ]
     sense.hear(pose(3 * NS + STEP_NS, (8.0, 0.0, 0.0)))
     assert sense.reasons(3 * NS + STEP_NS) == []
@@ -112,7 +112,9 @@ def test_poses_out_of_order_and_of_no_attitude_tell_nothing() -> None:
 
 def test_an_ins_that_is_still_aligning_is_not_relied_on() -> None:
     sense, _ = heard([msgspec.structs.replace(p, sigma_attitude=(0.01, 0.01, math.pi)) for p in course(10)])
-    assert sense.reasons(NS // 10) == ["the INS tells the attitude to 180 deg only: is it still aligning?"]
+    assert sense.reasons(NS // 10) == [
+        "the INS reports an attitude with a standard deviation of 180 deg: is it still aligning?"
+    ]
     sense.hear(msgspec.structs.replace(course(11)[-1], sigma_attitude=(0.01, 0.01, 0.1)))
     assert sense.reasons(NS // 10) == []
 

@@ -115,7 +115,7 @@ def test_after_a_step_of_the_pose_no_valid_list_has_an_object_of_before(chain: C
     """An INS that takes a fix after a dive: what was seen before lies elsewhere now."""
     old = chain.until(good).obstacles
     chain.place = (step_m, 0.0, 4.0)
-    chain.until(says(f"the pose {said}: objects seen before lie elsewhere, and are dropped"))
+    chain.until(says(f"the pose {said}: objects seen before are at wrong positions now, and are dropped"))
     begun = time.monotonic()
     chain.until(lambda _: time.monotonic() > begun + 5.0)
     valid = [message for message in chain.lists if message.valid and message.ping_number >= 0]
@@ -146,7 +146,7 @@ def test_a_heading_that_drifts_at_rest_is_said_with_its_rate_and_the_list_is_not
     chain.until(lambda m: m.valid and len(m.obstacles) == 4 and min(o.times_seen for o in m.obstacles) > 20)
     chain.ins_drift = math.radians(2.0)
     begun = time.monotonic()
-    (reason,) = chain.until(says("objects at rest seem to turn by 2.")).reasons
+    (reason,) = chain.until(says("static objects seem to turn by 2.")).reasons
     print(f"{reason}, after {time.monotonic() - begun:.1f} s")
     chain.until(lambda _: chain.health is not None and any("seem to turn" in each for each in chain.health.problems))
 
@@ -190,7 +190,7 @@ def test_a_heading_that_drifts_slowly_under_way_is_said(chain: Chain) -> None:
     chain.echoes = FIVE
     chain.until(lambda m: m.valid and len(m.obstacles) == 5)
     chain.north_mps, chain.ins_drift = 1.0, math.radians(0.2)
-    chain.until(tells(chain, "objects at rest seem to turn by 0."))
+    chain.until(tells(chain, "static objects seem to turn by 0."))
 
 
 def test_poses_from_the_future_do_not_keep_the_others_out(chain: Chain) -> None:

@@ -11,9 +11,9 @@ from ods.base.frames.geometry import quat_from_euler
 from ods.pose.buffer import PoseEstimate
 from ods.tracker.existence import lifecycle
 from ods.tracker.map.map_object import MapObject
-from ods.tracker.output.hittable import HittableFilter
+from ods.tracker.output.hittable import ReportableFilter
 from ods.tracker.output.snapshot import Snapshot, snapshot_of_map
-from ods.tracker.output.surface import View, Waves
+from ods.tracker.output.surface import View, WaveFilter
 from ods.tracker.settings import SurfaceSettings, TrackerSettings
 
 HALF = np.radians(10.0)
@@ -51,7 +51,7 @@ def alike(count: int, velocity: Floats = RUN) -> Floats:
 def test_objects_that_run_alike_under_the_surface_are_waves_and_others_are_not() -> None:
     velocities = np.vstack([alike(5), [[0.0, 0.0], [-0.2, -0.8], [1.6, -0.4]]])
     places = np.vstack([PLACES, [[50.0, 5.0], [65.0, -10.0], [58.0, 12.0]]])
-    assert Waves(SurfaceSettings()).among(seen(places, velocities), view()).tolist() == [True] * 5 + [False] * 3
+    assert WaveFilter(SurfaceSettings()).among(seen(places, velocities), view()).tolist() == [True] * 5 + [False] * 3
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_objects_that_run_alike_under_the_surface_are_waves_and_others_are_not()
     ],
 )
 def test_what_is_no_field_of_waves(places: Floats, velocities: Floats, depth_m: float, why: str) -> None:
-    waves = Waves(SurfaceSettings())
+    waves = WaveFilter(SurfaceSettings())
     waves.among(seen(places, velocities), view(depth_m))
     told = waves.among(seen(places, velocities, at_s=1.1), view(depth_m, at_s=1.1))
     assert not told.any(), why
@@ -77,7 +77,7 @@ def test_until_it_is_known_whether_more_run_alike_a_few_that_do_are_not_told(
     count: int, velocity: Floats, held: bool
 ) -> None:
     """In the first second a sonar knows the velocities of three or four waves; a planner is not to hear of them."""
-    waves, resting = Waves(SurfaceSettings()), np.zeros((1, 2))
+    waves, resting = WaveFilter(SurfaceSettings()), np.zeros((1, 2))
     few = np.vstack([alike(count, velocity), resting])
 
     def left_out(at_s: float) -> list[bool]:
@@ -87,12 +87,14 @@ def test_until_it_is_known_whether_more_run_alike_a_few_that_do_are_not_told(
     assert [left_out(at_s) for at_s in (0.0, 0.9)] == [[held] * count + [False]] * 2
     assert not any(left_out(1.1)), "three may run alike by chance"
     assert waves.among(seen(PLACES, alike(5), at_s=1.2), view(at_s=1.2)).all()
-    assert not Waves(SurfaceSettings()).among(seen(0.2 * PLACES[:3], alike(3)), view(depth_m=1.0)).any(), "too near"
+    assert not WaveFilter(SurfaceSettings()).among(seen(0.2 * PLACES[:3], alike(3)), view(depth_m=1.0)).any(), (
+        "too near"
+    )
 
 
 @pytest.mark.parametrize("down", [1.5, 2.0, 4.0])
 def test_what_is_known_to_hang_lower_than_the_clearance_is_never_a_wave(down: float) -> None:
-    waves = Waves(SurfaceSettings(clearance_m=1.0))
+    waves = WaveFilter(SurfaceSettings(clearance_m=1.0))
     everything = seen(PLACES, alike(5))
     assert waves.among(everything, view()).all()
     sure = everything.position.copy(), everything.sigma_position.copy()
@@ -105,13 +107,16 @@ def test_where_the_fan_is_below_the_surface_nothing_is_a_wave() -> None:
     """At 6 m, a fan of 10 degrees and twice that for strong echoes: nearer than 6 m / sin 20 degrees."""
     nearest = 6.0 / np.sin(2.0 * HALF)
     places = np.vstack([PLACES, [[nearest - 2.0, 0.0], [nearest + 2.0, 0.0]]])
-    assert Waves(SurfaceSettings()).among(seen(places, alike(7)), view()).tolist() == [True] * 5 + [False, True]
+    assert WaveFilter(SurfaceSettings()).among(seen(places, alike(7)), view()).tolist() == [True] * 5 + [
+        False,
+        True,
+    ]
     # pitched down by 25 degrees the fan does not look at the surface at all
-    assert not Waves(SurfaceSettings()).among(seen(places, alike(7)), view(pitch=-float(np.radians(25.0)))).any()
+    assert not WaveFilter(SurfaceSettings()).among(seen(places, alike(7)), view(pitch=-float(np.radians(25.0)))).any()
 
 
 def test_a_wave_stays_one_for_a_moment_and_a_body_does_not_become_one() -> None:
-    waves = Waves(SurfaceSettings())
+    waves = WaveFilter(SurfaceSettings())
     assert waves.among(seen(PLACES, alike(5)), view()).all()
     stopped = alike(5)
     stopped[2] = 0.0
@@ -122,7 +127,7 @@ def test_a_wave_stays_one_for_a_moment_and_a_body_does_not_become_one() -> None:
 
 
 def test_a_wave_that_is_not_seen_again_stays_one_until_the_map_has_it() -> None:
-    waves = Waves(SurfaceSettings())
+    waves = WaveFilter(SurfaceSettings())
     assert waves.among(seen(PLACES, alike(5)), view()).all()
     resting = alike(5)
     resting[2:] = 0.0
@@ -136,7 +141,7 @@ def test_a_wave_that_is_not_seen_again_stays_one_until_the_map_has_it() -> None:
 
 
 def test_where_there_are_waves_what_may_run_is_told_after_three_seconds() -> None:
-    waves = Waves(SurfaceSettings())
+    waves = WaveFilter(SurfaceSettings())
     assert waves.among(seen(PLACES, alike(5)), view()).all()
 
     def left_out(north: float, at_s: float, static: float = 0.5, sigma: float = 0.15) -> bool:
@@ -157,15 +162,15 @@ def test_where_there_are_waves_what_may_run_is_told_after_three_seconds() -> Non
     waves.among(seen(PLACES, alike(5), at_s=8.0), view(at_s=8.0))
     cut_off = [left_out(50.0, at_s, static=0.9, sigma=0.8) for at_s in (8.1, 11.0, 11.2)]  # by the edge of the fan
     assert cut_off == [True, True, False]
-    calm = Waves(SurfaceSettings())
+    calm = WaveFilter(SurfaceSettings())
     assert not calm.among(seen(PLACES[:1], alike(1)), view()).any()
 
 
 def test_without_a_pose_or_when_all_is_asked_for_nothing_is_left_out() -> None:
     everything = seen(PLACES, alike(5))
-    assert not Waves(SurfaceSettings()).among(everything, None).any()
-    assert not Waves(SurfaceSettings(list="all")).among(everything, view()).any()
-    chosen = HittableFilter(TrackerSettings()).of(everything, None, view())
+    assert not WaveFilter(SurfaceSettings()).among(everything, None).any()
+    assert not WaveFilter(SurfaceSettings(list="all")).among(everything, view()).any()
+    chosen = ReportableFilter(TrackerSettings()).of(everything, None, view())
     assert (len(chosen.snapshot), chosen.left_out) == (0, 5)
     none = everything.take(np.zeros(0, np.intp))
-    assert len(HittableFilter(TrackerSettings()).of(none, None, view()).snapshot) == 0
+    assert len(ReportableFilter(TrackerSettings()).of(none, None, view()).snapshot) == 0

@@ -69,7 +69,7 @@ def normalised(course: Course, seconds: float, run: int, observer: str) -> tuple
         t_ns = round(k / RATE_HZ * NS)
         tracker.step(Scan(t_ns, t_ns, vehicle, SECTOR, echoes_of(heard)[0]))
     now = nearest(tracker.snapshot(), np.array([north, east]))
-    later = now.carried_on(LEAD_S, TrackerSettings().motion)
+    later = now.extrapolated(LEAD_S, TrackerSettings().motion)
     velocity = np.einsum("ijn,j->in", turn, course(seconds)[1])
     place = start + np.einsum("ijn,j->in", turn, course(seconds + LEAD_S)[0])
     off, off_later = now.velocity[:2] - velocity, later.position[:2] - place
@@ -141,6 +141,6 @@ def test_what_a_manoeuvre_adds_is_its_integral(dt: float) -> None:
     motion, restless = MotionSettings(), 0.08
     now = replace(objects([[0.0, 0.0, 0.0]], [[1.0, 0.0, 0.0]]), restless=np.array([restless]))
     before = replace(now, restless=np.zeros(1))
-    added = now.carried_on(dt, motion).sigma_position ** 2 - before.carried_on(dt, motion).sigma_position ** 2
+    added = now.extrapolated(dt, motion).sigma_position ** 2 - before.extrapolated(dt, motion).sigma_position ** 2
     wanted, _ = quad(lambda u: restless * (dt - u) ** 2 * math.exp(-CHANGE_RATE * u), 0.0, dt)
     np.testing.assert_allclose(added, wanted, rtol=1e-6, atol=1e-9)

@@ -124,7 +124,7 @@ def reasons_of(shares: list[float]) -> list[list[str]]:
         t_ns = k * 10**8
         monitor.pose(t_ns)
         monitor.ping(t_ns)
-        monitor.sight(t_ns, share, "why" if share else "")
+        monitor.observed(t_ns, share, "why" if share else "")
         found.append([reason for reason in monitor.reasons(t_ns, pose_known=True) if "just started" not in reason])
     return found
 

@@ -28,7 +28,7 @@ PATIENCE_S = 150.0
 LISTS = 8
 PATIENT = "[supervise]\nwatchdog_s = 20.0\n"
 """A guest kernel has one slow CPU."""
-REFUSAL = "the sonar refused range 500 m (error 2): it says 80 m"
+REFUSAL = "the sonar refused range 500 m (error 2): it reports 80 m"
 
 
 class Integration:

@@ -21,7 +21,7 @@ CONFIG = Path(__file__).parents[2] / "config" / "bench.toml"
 RIVALS = 5
 """Busy loops a processor."""
 SECONDS = 25.0
-WRONG_CAUSES = "does not answer", "not up yet", "late by the INS", "no sign of life", "waits for a disk"
+WRONG_CAUSES = "does not answer", "not started yet", "late by the INS", "no sign of life", "waiting for a disk"
 
 
 class Run(msgspec.Struct):

@@ -49,7 +49,7 @@ class Panel:
 
     @cached_property
     def named(self) -> list[int]:
-        """Return those that are told by number and name."""
+        """Return those that are labelled with number and name."""
         return sorted({*self.front, self.default})
 
     def colour(self, index: int) -> str:
@@ -58,8 +58,8 @@ class Panel:
 
     def names(self) -> list[tuple[str, str]]:
         """Return the lines below the axes, and their colours: where the default stands, and what the numbers mean."""
-        told = [(text, MARK) for text in self.where_default_stands()]
-        return told + [(f"{index}  {self.rows[index].name}", self.colour(index)) for index in self.named]
+        labels = [(text, MARK) for text in self.where_default_stands()]
+        return labels + [(f"{index}  {self.rows[index].name}", self.colour(index)) for index in self.named]
 
     def where_default_stands(self) -> list[str]:
         """Return whether the default is on the front, and what the best setting finds for what time."""

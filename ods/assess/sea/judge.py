@@ -15,11 +15,12 @@ from ods.messages import Truth
 from ods.tracker.existence import lifecycle
 
 LOUD_DB = 10.0
-"""An object has to be tracked while its echo is so much over its surroundings,"""
+"""Level over its surroundings, dB, from which on an object has to be tracked,"""
 SETTLE_S = 1.0
 """once it has been so for the first time this long ago."""
 NEAR_M = 2.0
-"""What is told this near to an obstacle's edge stands for it. Told circles that overlap it are no false obstacles."""
+"""Largest distance, m, of a reported object from an obstacle's edge to stand for it. Reported circles that overlap an
+obstacle are not false."""
 IN_PLAY = (lifecycle.ACTIVE, lifecycle.STAND_BY, lifecycle.HIBERNATED)
 
 

@@ -37,10 +37,10 @@ class KindScore(NamedTuple):
     error_m: float
     """Of active obstacles near bodies, root mean square, horizontal; NaN without any."""
     nees: float
-    """Their squared error over the covariance told, mean: 2 when errors are as large as reported."""
+    """Their squared error over the reported covariance, mean: 2 when errors are as large as reported."""
 
 
-class ToldList(NamedTuple):
+class TrackedList(NamedTuple):
     """One ping: what is true, and the list of it."""
 
     truth: Truth
@@ -50,11 +50,11 @@ class ToldList(NamedTuple):
     tracker_ms: float
 
 
-def judged(kind: Kind, told: Sequence[ToldList], bodies: SceneBodies, seed: int) -> KindScore:
+def judged(kind: Kind, lists: Sequence[TrackedList], bodies: SceneBodies, seed: int) -> KindScore:
     """Return the score of the lists of a kind, one a ping; there are some."""
-    score = judge(kind.name, [_listed(item) for item in told], bodies, seed)
-    marked = {each.id for item in told for each in item.list.obstacles if each.multipath_of >= 0}
-    settled = [item for item in told if item.truth.t_ns - told[0].truth.t_ns >= LATER_S * NS]
+    score = judge(kind.name, [_listed(item) for item in lists], bodies, seed)
+    marked = {each.id for item in lists for each in item.list.obstacles if each.multipath_of >= 0}
+    settled = [item for item in lists if item.truth.t_ns - lists[0].truth.t_ns >= LATER_S * NS]
     said: dict[str, tuple[str, float]] = {}
     for item in settled:
         for text in (*item.list.reasons, item.list.unseen_why, item.list.caution):
@@ -72,7 +72,7 @@ def words_of(text: str) -> str:
     return " ".join(word for word in text.split() if not any(letter.isdigit() for letter in word))
 
 
-def _listed(item: ToldList) -> Listed:
+def _listed(item: TrackedList) -> Listed:
     """Return what judge() asks of a list, without what is marked as multipath or ended."""
     stands = [each for each in item.list.obstacles if each.state in STATES and each.multipath_of < 0]
     heard_from_db = math.nan if item.list.heard_from_db is None else item.list.heard_from_db
@@ -94,8 +94,8 @@ def _places(obstacles: Sequence[Obstacle]) -> Floats:
     return np.array([each.position_ned[:2] for each in obstacles], np.float64).reshape(-1, 2)
 
 
-def _errors(item: ToldList, bodies: SceneBodies) -> Iterator[tuple[float, float]]:
-    """Yield squared horizontal error, m2, and that over the covariance told, of the active obstacle nearest to each
+def _errors(item: TrackedList, bodies: SceneBodies) -> Iterator[tuple[float, float]]:
+    """Yield squared horizontal error, m2, and that over the reported covariance, of the active obstacle nearest to each
     body that has one near."""
     active = [each for each in item.list.obstacles if each.state == "active" and each.multipath_of < 0]
     if not active:
@@ -111,6 +111,6 @@ def _errors(item: ToldList, bodies: SceneBodies) -> Iterator[tuple[float, float]
             yield square, _normalised(north, east, active[nearest])
 
 
-def _normalised(north: float, east: float, told: Obstacle) -> float:
-    nn, ee, ne = told.sigma_position[0] ** 2, told.sigma_position[1] ** 2, told.covariance_ne
+def _normalised(north: float, east: float, obstacle: Obstacle) -> float:
+    nn, ee, ne = obstacle.sigma_position[0] ** 2, obstacle.sigma_position[1] ** 2, obstacle.covariance_ne
     return (ee * north**2 - 2.0 * ne * north * east + nn * east**2) / (nn * ee - ne**2)

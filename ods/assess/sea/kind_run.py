@@ -10,7 +10,7 @@ import numpy as np
 from rich.progress import track as progress
 
 from ods.assess.sea.bodies import SceneBodies
-from ods.assess.sea.kind_judge import KindScore, ToldList, judged
+from ods.assess.sea.kind_judge import KindScore, TrackedList, judged
 from ods.assess.sea.kind_table import kind_table
 from ods.assess.sea.kinds import Kind, PoseNoise, kinds_named
 from ods.assess.sea.run import images_of, scene_with_seed
@@ -63,12 +63,12 @@ def kind_score(trial: Trial, draw: tuple[Kind, int]) -> KindScore:
 
     count = int(min(trial.seconds, scene.file.duration_s) / sonar.ping_period_s) + 2
     poses = told_poses(scene, [round(k * sonar.ping_period_s * NS) for k in range(count)], kind.noise, seed)
-    told = told_lists(pings(), poses, MissionSettings(pipeline=trial.pipeline, tracker=trial.tracker), truths)
-    return judged(kind, told, SceneBodies(scene, trial.clearance_m), seed)
+    lists = tracked_lists(pings(), poses, MissionSettings(pipeline=trial.pipeline, tracker=trial.tracker), truths)
+    return judged(kind, lists, SceneBodies(scene, trial.clearance_m), seed)
 
 
 def told_poses(scene: Scene, t_ns: Sequence[int], noise: PoseNoise | None, seed: int) -> list[Pose]:
-    """Return the sonar's poses at times (n,), true, or with white noise that their standard deviations tell."""
+    """Return the sonar's poses at times (n,), true, or with white noise of their standard deviations."""
     way = scene.head_at(np.array(t_ns) / NS)
     attitudes = [(w, x, y, z) for w, x, y, z in way.attitude.tolist()]
     poses = poses_along(t_ns, way.position_ned, attitudes, START_UTC_NS)
@@ -89,12 +89,12 @@ def told_poses(scene: Scene, t_ns: Sequence[int], noise: PoseNoise | None, seed:
     ]
 
 
-def told_lists(
+def tracked_lists(
     pings: Iterable[Ping], poses: Iterable[Pose], settings: MissionSettings, truths: Sequence[Truth]
-) -> list[ToldList]:
+) -> list[TrackedList]:
     """Return the lists of pings; truths: those of the pings so far. Raises StageError, PluginError."""
     steps = Mission(settings).steps(pings, poses)
     return [
-        ToldList(truths[-1], step.list, len(step.detections.detections), step.chain_ms, step.tracker_ms)
+        TrackedList(truths[-1], step.list, len(step.detections.detections), step.chain_ms, step.tracker_ms)
         for step in steps
     ]

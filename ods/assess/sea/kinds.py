@@ -33,7 +33,7 @@ DOWN_M, SPEED = 20.0, 0.5
 
 
 class PoseNoise(NamedTuple):
-    """White noise of the poses told, standard deviations; they are told, too."""
+    """Standard deviations of the white noise of the reported poses; they are reported, too."""
 
     position_m: float = 0.0
     """North, east and down."""

@@ -1,4 +1,4 @@
-"""A scene through the chain and the tracker without sockets: what a planner would have been told of each ping."""
+"""A scene through the chain and the tracker without sockets: what a planner would have received for each ping."""
 
 import hashlib
 import math
@@ -27,7 +27,7 @@ from ods.sim_sonar.shots import Shot, shots_of
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.tracker.measurement.from_detections import received
 from ods.tracker.output.bottom import bottom_below
-from ods.tracker.output.hittable import HittableFilter
+from ods.tracker.output.hittable import ReportableFilter
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import SETTLE_S
 from ods.tracker.settings import TrackerSettings
@@ -105,8 +105,8 @@ def detected(
 def listed(
     pings: Iterable[DetectedPing], scene: Scene, settings: TrackerSettings, *, knows_altitude: bool = True
 ) -> list[Listed]:
-    """Return what the tracker tells a planner of what the chain found in pings, in order. Raises OdsError."""
-    tracker, hittable = Tracker(settings), HittableFilter(settings)
+    """Return the tracker's lists for the detections of pings, in order. Raises OdsError."""
+    tracker, hittable = Tracker(settings), ReportableFilter(settings)
     lists: list[Listed] = []
     for truth, found, chain_ms in pings:
         head = head_at(scene, found.t_ns, knows_altitude=knows_altitude)
@@ -114,11 +114,11 @@ def listed(
         tracker.step(received(found, head, lambda t_ns: head_at(scene, t_ns), found.utc_ns).scan)
         spent = chain_ms, 1e3 * (time.perf_counter() - began)
         view = View(found.utc_ns, head, found.sector.half_vertical_rad)
-        told = hittable.of(tracker.snapshot(), bottom_below(head), view).snapshot
-        places = told.position[:2].T.copy()
+        listed = hittable.of(tracker.snapshot(), bottom_below(head), view).snapshot
+        places = listed.position[:2].T.copy()
         valid = bool(lists) and found.t_ns - lists[0].truth.t_ns >= SETTLE_S * clock.NS
         heard_from_db = math.nan if found.heard_from_db is None else found.heard_from_db
-        of_list = told.id, told.state, places, told.radius, *spent, valid, heard_from_db
+        of_list = listed.id, listed.state, places, listed.radius, *spent, valid, heard_from_db
         lists.append(Listed(truth, len(found.detections), *of_list))
     return lists
 

@@ -73,7 +73,7 @@ def draw(out: Path, found: Sequence[Row], style: str = DARK) -> None:
 
 
 def draw_paper(path: Path, style: str = DARK) -> None:
-    """Draw the paper's figures 6 and 7 anew and print what happens in them. Raises OdsError."""
+    """Draw the paper's figures 6 and 7 again and print what happens in them. Raises OdsError."""
     from ods.assess.track.figures import paper_figures
     from ods.plots.chart import save_figure
 

@@ -49,7 +49,7 @@ class Row:
     nees: float
     nees_reference: float
     nees_band: tuple[float, float]
-    """Where 95 % of the means of so many consistent, independent objects lie."""
+    """Where 95 % of the means of a number of consistent, independent objects lie."""
     ms: float
     hota: float
     hota_reference: float
@@ -92,8 +92,8 @@ def rows(
         for tracker, scores in found.items():
             yield replace(_row_of(tracker, scores, truth), scenario=name, limits=kind.limits)
         for peer in kind.peers if with_peers else ():
-            told = [score(cases[0], peers.PEERS[peer](cases[0]))]
-            yield replace(_row_of(peer, told, truth[:1]), scenario=name, limits=kind.limits, ours=False)
+            scores = [score(cases[0], peers.PEERS[peer](cases[0]))]
+            yield replace(_row_of(peer, scores, truth[:1]), scenario=name, limits=kind.limits, ours=False)
 
 
 def contenders(names: Sequence[str], configured: TrackerSettings | None) -> dict[str, TrackerSettings]:

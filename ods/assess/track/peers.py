@@ -24,7 +24,7 @@ EPOCH = datetime(2000, 1, 1)
 
 
 def available() -> bool:
-    """Say whether the library is installed."""
+    """Return whether the library is installed."""
     try:
         import stonesoup  # noqa: F401
     except ImportError:

@@ -21,7 +21,7 @@ class Record:
     trk: Floats
     """(P, 8) as `ods track` writes it."""
     spread: Floats
-    """(P, 3) variances of north and east and their covariance, m^2; nan where the tracker does not tell."""
+    """(P, 3) variances of north and east and their covariance, m^2; nan where the tracker does not report them."""
     cpu_ms: Floats
     """(K,) CPU time of each step."""
 

@@ -16,7 +16,7 @@ from ods.tracker.existence import lifecycle
 
 ECHOES = 3
 KEPT_S = 10.0
-"""A moving object is reported so long after it left the view."""
+"""Time for which a moving object is reported after it left the view, s."""
 WINDOW_S = 4.0
 """A velocity changes as much as it does within this time."""
 STEADY = 1e-6
@@ -44,9 +44,9 @@ def follow_reference(case: Case) -> Record:
         _update(state, covariance, who[~new], place[~new], noise[~new])
         echoes[who] += 1
         last_view[case.in_view[k]] = t
-        told = np.flatnonzero((echoes >= ECHOES) & (~moving | (t - last_view <= KEPT_S)))
-        rows.append(_rows(k, told, state, case))
-        spreads.append(np.column_stack([covariance[told][:, i, j] for i, j in ((0, 0), (1, 1), (0, 1))]))
+        listed = np.flatnonzero((echoes >= ECHOES) & (~moving | (t - last_view <= KEPT_S)))
+        rows.append(_rows(k, listed, state, case))
+        spreads.append(np.column_stack([covariance[listed][:, i, j] for i, j in ((0, 0), (1, 1), (0, 1))]))
     return Record(np.concatenate(rows), np.concatenate(spreads), np.full(len(case.scenario.t), np.nan))
 
 
@@ -102,7 +102,7 @@ def _update(state: Floats, covariance: Floats, who: Indices, place: Floats, nois
     covariance[who] = keep @ prior @ keep.swapaxes(1, 2) + gain @ noise @ gain.swapaxes(1, 2)
 
 
-def _rows(k: int, told: Indices, state: Floats, case: Case) -> Floats:
-    status = np.where(case.in_view[k, told], lifecycle.ACTIVE, lifecycle.STAND_BY)
-    scan, radius = np.full(len(told), k), case.truth[k, told, 6]
-    return np.column_stack([scan, told, state[told], radius, status]).astype(np.float64)
+def _rows(k: int, listed: Indices, state: Floats, case: Case) -> Floats:
+    status = np.where(case.in_view[k, listed], lifecycle.ACTIVE, lifecycle.STAND_BY)
+    scan, radius = np.full(len(listed), k), case.truth[k, listed, 6]
+    return np.column_stack([scan, listed, state[listed], radius, status]).astype(np.float64)

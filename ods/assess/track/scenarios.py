@@ -41,7 +41,7 @@ class Limits:
     """Memory score over the reference's."""
     switches: int | None = 0
     consistent: bool = False
-    """NEES not above its band: told is what the fan's height may do, also where objects are at the vehicle's depth."""
+    """NEES not above its band: covariances include the fan's height, also where objects are at the vehicle's depth."""
 
 
 @dataclass(frozen=True)
@@ -203,7 +203,7 @@ def away_and_back(rng: Random) -> World:
 
 
 def pose_noise(rng: Random) -> World:
-    """Ten objects; the reported pose is wrong by 0.3 m and 0.5 deg (1 sigma), anew in each scan."""
+    """Ten objects; the reported pose is wrong by 0.3 m and 0.5 deg (1 sigma), independently in each scan."""
     some = replace(mixed(rng), meta=Meta(clutter_lambda=1.0, pose_sigma_xy=0.3, pose_sigma_yaw=math.radians(0.5)))
     some.pose_error[:] = rng.standard_normal(some.pose_error.shape) * (0.3, 0.3, math.radians(0.5))
     return some

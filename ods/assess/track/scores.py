@@ -19,9 +19,9 @@ GATE_M = 3.0
 REMEMBERED_SCANS = 7
 """Scans that an object must have been in view to be remembered."""
 REMEMBERED_S = 10.0
-"""Moving objects are remembered so long after they left the view."""
+"""Time for which moving objects are remembered after they left the view, s."""
 SETTLED_S = 1.0
-"""Consistency is judged from so long after the first echo on."""
+"""Time after the first echo from which on consistency is judged, s."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +83,8 @@ def score(case: Case, record: Record) -> Scores:
         offset = places[None] - case.truth[k, :, None, :2]
         distance = np.hypot(offset[:, :, 0], offset[:, :, 1])
         objects, tracks = _identify(distance, trk[:, ID].astype(np.int64), tally, now)
-        told = views[k][objects] & (trk[tracks, STATUS] == lifecycle.ACTIVE)
-        objects, tracks = objects[told], tracks[told]
+        active = views[k][objects] & (trk[tracks, STATUS] == lifecycle.ACTIVE)
+        objects, tracks = objects[active], tracks[active]
         _count_errors(tally, offset[objects, tracks], slant[k, objects])
         settled = now - first_echo[objects] >= SETTLED_S
         objects, tracks = objects[settled], tracks[settled]
@@ -126,7 +126,7 @@ def _first_echo(case: Case) -> Floats:
 
 
 def _identify(distance: Floats, ids: Ints, tally: _Tally, now: float) -> tuple[Indices, Indices]:
-    """Say whose track each is: an object keeps the one that it had while that is near. Return objects and tracks."""
+    """Return whose track each is: an object keeps the one that it had while that is near. Return objects and tracks."""
     row_of = {identity: row for row, identity in enumerate(ids.tolist())}
     pairs = {
         thing: row_of[identity]
@@ -153,7 +153,7 @@ def _count_errors(tally: _Tally, error: Floats, range_m: Floats) -> None:
 
 
 def _count_nees(tally: _Tally, objects: Indices, error: Floats, spread: Floats) -> None:
-    """Count (pairs, 2) errors against the (pairs, 3) covariances told."""
+    """Count (pairs, 2) errors against the (pairs, 3) reported covariances."""
     nn, ee, ne = spread.T
     north, east = error.T
     normalised = (ee * north**2 - 2.0 * ne * north * east + nn * east**2) / (nn * ee - ne**2)

@@ -30,7 +30,7 @@ class Choice(NamedTuple):
             else:
                 raise ValueError(f"{self.text}: there is no {part}, {_those(count)}")
         if not chosen:
-            raise ValueError(f"{self.text} chooses nothing, {_those(count)}")
+            raise ValueError(f"{self.text} selects nothing: {_those(count)}")
         return sorted(chosen)
 
 
@@ -44,7 +44,7 @@ def choice(text: str) -> Choice:
     for part in text.split(","):
         found = _PART.fullmatch(part.strip())
         if found is None or (found["step"] or "1").lstrip("-").strip("0") == "":
-            raise argparse.ArgumentTypeError(f"{text!r}: {part!r} is no number and no range such as 10:20 or ::5")
+            raise argparse.ArgumentTypeError(f"{text!r}: {part!r} is neither a number nor a range such as 10:20 or ::5")
         if found["one"]:
             parts.append(int(found["one"]))
         else:

@@ -1,4 +1,4 @@
-"""Log lines to standard error that nobody waits for: not the work while a terminal stands still (Ctrl-S, an ssh session
+"""Log lines to standard error without waiting: the work goes on while a terminal stands still (Ctrl-S, an ssh session
 that stalls) or a pipe is not read."""
 
 import atexit
@@ -36,9 +36,9 @@ class LogWriter(logging.Handler):
     def _write(self) -> None:
         while (line := self._lines.get()) is not None:
             lost, self._lost = self._lost, 0
-            told = f"{line}\n{lost} log lines were lost: nobody took them\n" if lost else f"{line}\n"
-            left = told.encode(errors="backslashreplace")
-            with suppress(OSError):  # closed, or a full disk: nobody could be told
+            text = f"{line}\n{lost} log lines were lost, as standard error was blocked\n" if lost else f"{line}\n"
+            left = text.encode(errors="backslashreplace")
+            with suppress(OSError):  # closed, or a full disk: there is no other place to report it
                 while left:
                     left = left[os.write(STDERR, left) :]
 

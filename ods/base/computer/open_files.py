@@ -19,6 +19,6 @@ def allow_enough() -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = WANTED if hard == resource.RLIM_INFINITY else min(hard, WANTED)
     if most < LEAST:
-        raise OpenFilesError(f"only {most} files may be open here: at least {LEAST} are needed, see `ulimit -n`")
+        raise OpenFilesError(f"the limit of open files is {most}: at least {LEAST} are needed, see `ulimit -n`")
     if soft != resource.RLIM_INFINITY and soft < most:
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))

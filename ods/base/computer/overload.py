@@ -78,7 +78,7 @@ def _of_thread(file: Path) -> tuple[int, int]:
 
 
 class OverloadMonitor:
-    """Looks now and then at a process, by default this one, and at the computer as a whole."""
+    """Samples a process, by default this one, and the computer as a whole, from time to time."""
 
     def __init__(self, pid: int | None = None) -> None:
         self._pid = os.getpid() if pid is None else pid

@@ -27,7 +27,7 @@ def opened(path: Path) -> BinaryIO:
         if stat.S_ISDIR(mode):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
         if not stat.S_ISREG(mode):
-            raise UnfitFileError(errno.EINVAL, "no file, but a device or a pipe", str(path))
+            raise UnfitFileError(errno.EINVAL, "a device or a pipe, not a file", str(path))
         return os.fdopen(fd, "rb")
     except OSError:
         os.close(fd)

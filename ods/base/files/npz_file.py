@@ -33,7 +33,7 @@ def load_npz(path: Path, names: Collection[str] | None = None, most_bytes: int =
     try:
         with opened(path) as file:
             if _directory_bytes(file) > MOST_DIRECTORY_BYTES:
-                raise _RefusedError("holds very many arrays")
+                raise _RefusedError("holds too many arrays")
             archive = zipfile.ZipFile(file)
             wanted = [each for each in archive.infolist() if _is_wanted(each.filename, names)]
             size = sum(member.file_size for member in wanted)
@@ -41,17 +41,17 @@ def load_npz(path: Path, names: Collection[str] | None = None, most_bytes: int =
                 raise _RefusedError(f"unpacks to {size / 1e6:,.0f} MB, more than {most_bytes / 1e6:,.0f} MB")
             return {member.filename.removesuffix(_SUFFIX): _array(archive, member) for member in wanted}
     except OSError as error:
-        raise error if error.errno else ValueError(f"not a whole .npz file: {one_line(error)}") from error
+        raise error if error.errno else ValueError(f"not a complete .npz file: {one_line(error)}") from error
     except _RefusedError:
         raise
     except Exception as error:  # what zipfile, zlib and numpy raise at damaged bytes is no list that ends
-        raise ValueError(f"not a whole .npz file: {one_line(error)}") from error
+        raise ValueError(f"not a complete .npz file: {one_line(error)}") from error
 
 
 def _directory_bytes(file: BinaryIO) -> int:
     """Return how many bytes the list of an archive has, 0 where there is none; leave the file at its start.
 
-    Looks for its end where zipfile does. One with a second end, of zip64, counts as 4 GiB: only then it needs one.
+    Searches for its end where zipfile does. One with a second end, of zip64, counts as 4 GiB: only then it needs one.
     """
     size = file.seek(0, os.SEEK_END)
     file.seek(max(0, size - _LONGEST_END))
@@ -83,7 +83,7 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> AnyArray:
         if dtype.hasobject:
             raise ValueError(f"{member.filename} holds Python objects")
         if math.prod(shape) * dtype.itemsize > member.file_size:  # numpy would reserve that much first
-            raise ValueError(f"{member.filename} tells of more than it holds")
+            raise ValueError(f"{member.filename} states more data than it holds")
     with archive.open(member) as file:
         array: AnyArray = np.lib.format.read_array(file, allow_pickle=False)
         return array

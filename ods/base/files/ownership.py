@@ -6,12 +6,12 @@ from pathlib import Path
 
 
 def is_safe(path: Path) -> bool:
-    """Return whether nobody but root and this user can write `path`, nor put another in its place."""
+    """Return whether only root and this user can write `path`, or replace it."""
     return not weakness(path)
 
 
 def weakness(path: Path) -> str:
-    """Say why somebody else could write `path`, or put another in its place; "" when nobody could."""
+    """Return why another user could write or replace `path`; "" when none could."""
     try:
         return next(filter(None, map(_not_ours, (path.resolve(), *path.resolve().parents))), "")
     except OSError as error:

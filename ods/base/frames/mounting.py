@@ -1,8 +1,8 @@
 """Where the sonar's head sits on the vehicle and how it is turned, and where that puts it in the world.
 
 The head's frame is the body frame (forward, starboard, down) turned by yaw, pitch and roll in this order, as the
-vehicle is in the global one; its x axis is bearing 0, elevation 0. So pitch below 0 looks down. All that an image tells
-is told from the head; docs/mounting.md has a drawing.
+vehicle is in the global one; its x axis is bearing 0, elevation 0. So pitch below 0 looks down. All that an image shows
+is measured from the head; docs/mounting.md has a drawing.
 """
 
 import copy
@@ -117,4 +117,4 @@ def _multiplied_after(turn: Quaternion) -> Floats:
 
 
 AT_ORIGIN = Mounting(MountingSettings())
-"""The head is where the vehicle is, and looks along its bow."""
+"""The head is at the vehicle's origin, and points along its bow."""

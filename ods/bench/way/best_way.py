@@ -13,7 +13,7 @@ from ods.sim_sonar.steered import VehicleState, at_start
 
 STEP_S = 0.05
 PATIENCE = 3.0
-"""A way may take so many times what the straight one does, slowly."""
+"""Longest duration of a way, in multiples of the straight one's at low speed."""
 
 
 def best_way(mission: Mission, first: VehicleTruth) -> Floats | None:

@@ -54,10 +54,10 @@ def draw_way(mission: Mission, record: RunRecord, best: Floats | None, file: Pat
 def _states(record: RunRecord) -> Floats:
     """Return (n,) the number of the vehicle's state in STATES at each truth of its way."""
     told_ns = np.array([each.t_ns for each in record.set_points])
-    told = np.array([2 if not each.valid else int(each.avoiding) for each in record.set_points])
+    states = np.array([2 if not each.valid else int(each.avoiding) for each in record.set_points])
     seen_ns = np.array([each.t_ns for each in record.way])
     newest = np.searchsorted(told_ns, seen_ns, side="right") - 1
-    state = told[np.maximum(newest, 0)] if len(told) else np.zeros(len(seen_ns), int)
+    state = states[np.maximum(newest, 0)] if len(states) else np.zeros(len(seen_ns), int)
     stopped = np.array([each.stopped for each in record.way])
     return np.asarray(np.where(stopped, 3, np.where(newest < 0, 2, state)))
 
@@ -73,7 +73,7 @@ def _coloured(axes: Axes, x: Floats, y: Floats, chosen: Mask, colour: str, label
 def _objects(axes: Axes, mission: Mission, times: Floats) -> None:
     first, last = (mission.scene.objects_at(float(each)) for each in (times[0], times[-1]))
     moves = np.hypot(*first.velocity_ned[:, :2].T) > MOVES_M_S
-    axes.add_patch(_circle(first, int(np.argmin(moves)), fill=True, color=QUIET, label="object at rest"))
+    axes.add_patch(_circle(first, int(np.argmin(moves)), fill=True, color=QUIET, label="static object"))
     for which in np.flatnonzero(~moves).tolist():
         axes.add_patch(_circle(first, which, fill=True, color=QUIET))
     for count, which in enumerate(np.flatnonzero(moves).tolist()):

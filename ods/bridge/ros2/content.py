@@ -58,12 +58,12 @@ def transforms(make: Messages, stamp_ns: int, picture: ObstacleList) -> Any:
     """Return the vehicle in the map, and the sonar's head and fan on the vehicle where the head's place is known."""
     pose, frames = picture.pose, make.frames
     assert pose is not None
-    told = [
+    transforms = [
         make.transform(stamp_ns, (frames.map, frames.vehicle), enu.enu(pose.position_ned), enu.attitude(pose.attitude))
     ]
     if picture.head is not None:
-        told += [_head(make, stamp_ns, pose, picture.head), make.fan(stamp_ns)]
-    return make.new("tf2_msgs/msg/TFMessage", told)
+        transforms += [_head(make, stamp_ns, pose, picture.head), make.fan(stamp_ns)]
+    return make.new("tf2_msgs/msg/TFMessage", transforms)
 
 
 def _head(make: Messages, stamp_ns: int, pose: PoseAt, head: PoseAt) -> Any:

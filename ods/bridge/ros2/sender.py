@@ -20,14 +20,14 @@ from ods.runtime.port.backoff import Backoff
 
 LOOK_NS = clock.NS
 FIRST_S, LONGEST_S = 1.0, 10.0
-"""Between tries to start anew."""
+"""Between attempts to start again, s."""
 BLOCKING_MS = 10
 """Longest wait for a node that does not keep up."""
 STREAM_DEPTH = 10
 
 
 class DdsSender:
-    """A participant with its writers, made anew when the interface was away or got another address.
+    """A participant with its writers, made again when the interface was away or got another address.
 
     `complain`: counts by the name given, and says the text once. Names: `interface_losses`, `unsent_messages`.
     """

@@ -18,7 +18,7 @@ from ods.ros2.pictures import within
 from ods.runtime.service import Service
 
 DIAGNOSED_NS = clock.NS
-"""A verdict is repeated after so long; another one is sent at once."""
+"""Period of repeating a verdict, s; a changed one is sent at once."""
 
 
 class Ros2Worker(ListWorker):
@@ -64,11 +64,11 @@ class Ros2Worker(ListWorker):
         self._send_verdict(now_ns)
 
     def judged(self, picture: ObstacleList, silent: str) -> None:
-        """Keep what the verdict tells of."""
+        """Keep what the verdict is about."""
         self._last = picture
 
     def send(self, moment: Moment) -> None:
-        """Write a list's messages, for the instant of sending; none is made that nobody has subscribed to."""
+        """Write a list's messages, for the instant of sending; none is made without a subscriber."""
         counters = self.service.counters
         keys = [key for key in content.OF_LISTS if self._is_heard(key)]
         if not keys:
@@ -127,7 +127,7 @@ class Ros2Worker(ListWorker):
         return sent
 
     def peer_problem(self, now_ns: int) -> str:
-        """Say that the interface is away, or that nobody has subscribed."""
+        """Return a text that the interface is away, or that no node has subscribed."""
         return self._sender.problem()
 
     def stop(self) -> None:

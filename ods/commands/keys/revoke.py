@@ -16,6 +16,6 @@ def run(args: Namespace) -> None:
     """Take it from the list. Raises OdsError."""
     folder_of(args.config, OPERATORS if args.operator else CLIENTS).revoke(args.name)
     if args.operator:
-        print(f"{args.name} may veto no longer; what was vetoed stays so until it expires: `ods veto list`")
+        print(f"{args.name} may veto no longer; its vetoes last until they expire: `ods veto list`")
     else:
-        print(f"{args.name} may listen no longer: where it does, `ods listen` hangs up at once")
+        print(f"{args.name} may no longer listen; `ods listen` closes its connections at once")

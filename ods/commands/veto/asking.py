@@ -20,7 +20,9 @@ def duration_s(text: str) -> float:
     found = _TIME.fullmatch(text)
     seconds = float(found["number"]) * _UNIT_S[found["unit"]] if found else 0.0
     if not 0.0 < seconds <= LONGEST_VETO_S:
-        raise ArgumentTypeError(f"{text!r} is no time such as 90s, 10m or 2h, at most {LONGEST_VETO_S / 3600.0:g}h")
+        raise ArgumentTypeError(
+            f"{text!r} is not a duration such as 90s, 10m or 2h, at most {LONGEST_VETO_S / 3600.0:g}h"
+        )
     return seconds
 
 
@@ -47,7 +49,7 @@ def ask(args: Namespace, request: VetoRequest) -> None:
         held = vetoes.ask(request)
     finally:
         vetoes.close()
-    print("\n".join(map(_line, held)) or "no veto holds")
+    print("\n".join(map(_line, held)) or "no veto is in force")
 
 
 def _line(veto: Veto) -> str:

@@ -14,7 +14,7 @@ from ods.runtime.processes import SUPERVISOR, may_be_on_board, on_board
 
 REFRESH_S = 0.25
 LOOK_S = 2.5
-"""One look takes no longer: every process that runs has told of its health several times."""
+"""Longest time for one snapshot, s: by then every running process has reported its health several times."""
 
 
 @dataclass

@@ -53,9 +53,9 @@ def _processes(health: dict[str, Health], now_ns: int) -> dict[str, Any]:
     return {name: _process(health.get(name), now_ns) for name in (*always, *others)}
 
 
-def _process(told: Health | None, now_ns: int) -> dict[str, Any]:
-    if told is None:
+def _process(health: Health | None, now_ns: int) -> dict[str, Any]:
+    if health is None:
         return {"state": "not seen"}
-    old_s = (now_ns - told.t_ns) / clock.NS
-    state = "silent" if old_s > bus.HEALTH_STALE_S else "ready" if told.ready else "starting"
-    return {"state": state, "age_s": round(old_s, 3), **msgspec.structs.asdict(told)}
+    old_s = (now_ns - health.t_ns) / clock.NS
+    state = "silent" if old_s > bus.HEALTH_STALE_S else "ready" if health.ready else "starting"
+    return {"state": state, "age_s": round(old_s, 3), **msgspec.structs.asdict(health)}

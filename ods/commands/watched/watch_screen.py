@@ -21,21 +21,21 @@ UNSEEN_SHOWN_S = 1.0
 def live(heard: Iterator[Heard], hindered: Callable[[], str]) -> None:
     """Show what is heard, as often as there is an update; hindered: says what keeps the list away."""
     with Live(console=Console()) as table:
-        for told in heard:
-            table.update(screen_of(told, hindered))
+        for received in heard:
+            table.update(screen_of(received, hindered))
 
 
-def once(told: Heard, hindered: Callable[[], str]) -> None:
+def once(received: Heard, hindered: Callable[[], str]) -> None:
     """Print it once."""
-    Console().print(screen_of(told, hindered))
+    Console().print(screen_of(received, hindered))
 
 
-def screen_of(told: Heard, hindered: Callable[[], str]) -> Group:
+def screen_of(received: Heard, hindered: Callable[[], str]) -> Group:
     """Return what the terminal shows of it now."""
     now_ns = clock.monotonic_ns()
-    silent = told.silent(now_ns)
+    silent = received.silent(now_ns)
     hindrance = hindered() if silent else ""
-    return screen(told.newest, told.health, now_ns, hindrance, None if silent else told.clear)
+    return screen(received.newest, received.health, now_ns, hindrance, None if silent else received.clear)
 
 
 def screen(
@@ -51,7 +51,7 @@ def screen(
 
 
 def _ahead(clear: Clearance) -> str:
-    """Say how much water is known to be empty straight ahead, and in how many sectors any is."""
+    """Return how much water is known to be empty straight ahead, and in how many sectors any is."""
     if clear.pose is None or not clear.clear_to_m:
         return ""
     w, x, y, z = clear.pose.attitude
@@ -73,8 +73,8 @@ def _verdict(newest: ObstacleList | None, now_ns: int, hindrance: str) -> Text:
         return Text("NOT VALID: " + "; ".join(newest.reasons), style="bold red")
     more = f", {newest.left_out} more farther away" if newest.left_out else ""
     said = f"valid, ping {newest.ping_number}, {len(newest.obstacles)} obstacles{more}"
-    doubts = cautions(newest)
-    return Text("; ".join([said, *doubts]), style="bold yellow" if doubts else "bold green")
+    objections = cautions(newest)
+    return Text("; ".join([said, *objections]), style="bold yellow" if objections else "bold green")
 
 
 def _obstacles(newest: ObstacleList | None) -> Table:

@@ -56,7 +56,7 @@ def controller(subject: str, settings: CanSettings, details: dict[str, Any]) -> 
     """Judge what `ip -details -json link show` says of an interface that is up."""
     info = details.get("linkinfo", {})
     if info.get("info_kind") != "can":
-        kind = info.get("info_kind", "an interface that tells no more (is iproute2 installed?)")
+        kind = info.get("info_kind", "an interface without details (is iproute2 installed?)")
         yield Finding("good", subject, f"is up ({kind})")
         return
     data = info.get("info_data", {})
@@ -69,17 +69,17 @@ def _state(subject: str, channel: str, data: dict[str, Any]) -> Finding:
     rate, sample_point = _bitrate(data), data.get("bittiming", {}).get("sample_point")
     state, restart_ms = data.get("state", "UNKNOWN"), data.get("restart_ms", 0)
     if state == "BUS-OFF":
-        told = f"is bus-off: wiring, termination or bit rate; `ip link set {channel} type can restart` as root"
-        return Finding("wrong", subject, told)
+        fault = f"is bus-off: wiring, termination or bit rate; `ip link set {channel} type can restart` as root"
+        return Finding("wrong", subject, fault)
     if state not in ("ERROR-ACTIVE", "UNKNOWN"):
-        told = f"is {state.lower()}: nobody acknowledges, or the bit rate ({rate}) is wrong"
-        return Finding("wrong", subject, told)
+        fault = f"is {state.lower()}: no other node acknowledges, or the bit rate ({rate}) is wrong"
+        return Finding("wrong", subject, fault)
     sampled = f", sample point {sample_point}" if sample_point else ""
     return Finding("good", subject, f"is up, {rate} bit/s{sampled}, {state.lower()}, restart-ms {restart_ms}")
 
 
 def _set_up(subject: str, settings: CanSettings, data: dict[str, Any]) -> Iterator[Finding]:
-    """Judge what the controller was told to do."""
+    """Judge the controller's settings."""
     set_it = f"as root, with the interface down, `ip link set {settings.channel} type can"
     rate = _bitrate(data)
     if settings.bitrate not in (None, rate):

@@ -32,7 +32,7 @@ def examine(subject: str, device: str, key: str) -> Iterator[Finding]:
 
 
 def latency_timer(subject: str, device: str, devices: Path = USB_SERIAL) -> Iterator[Finding]:
-    """Tell of an adapter that holds the end of what has come back, as FTDI's do: 16 ms unless set otherwise.
+    """Report an adapter that delays the end of received data, as FTDI's do: 16 ms unless set otherwise.
 
     Source: FTDI, AN232B-04, "Small amounts of data and end of buffer conditions". `devices`: the kernel's list.
     """

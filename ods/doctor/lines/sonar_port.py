@@ -34,7 +34,7 @@ def examine(port: str, *, in_use: bool = False) -> Iterator[Finding]:
     elif address:
         yield from _tcp(port, address)
     elif transport_of(port) == "udp":
-        yield Finding("note", f"sonar {port}", "datagrams: only `ods doctor --listen` can tell whether any come")
+        yield Finding("note", f"sonar {port}", "datagrams: only `ods doctor --listen` can show whether any arrive")
     else:
         yield from serial_device.examine(f"serial port {port}", port, "sonar.port")
 
@@ -68,7 +68,7 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
 
 
 def _load(rate: float, sonar: SonarSettings) -> str:
-    """Say how much comes, bytes/s, and of a serial line, what part of its rate that is."""
+    """Return how much comes, bytes/s, and of a serial line, what part of its rate that is."""
     if transport_of(sonar.port) != "serial":
         return f"{rate / 1e6:.2f} MB/s"
     return f"{rate / 1e6:.2f} MB/s, {rate * BITS_A_BYTE / sonar.baud:.0%} of {sonar.baud} baud"

@@ -35,9 +35,9 @@ def add_within_argument(parser: ArgumentParser) -> None:
     add_area_argument(parser, "--within", "only objects not farther from a place than this")
 
 
-def add_area_argument(parser: ArgumentParser, option: str, told: str) -> None:
+def add_area_argument(parser: ArgumentParser, option: str, help_text: str) -> None:
     """An area: a place and the distance around it, m."""
-    parser.add_argument(option, type=METRES, nargs=3, action=_AreaAction, metavar=AREA_NAMES, help=told)
+    parser.add_argument(option, type=METRES, nargs=3, action=_AreaAction, metavar=AREA_NAMES, help=help_text)
 
 
 class _AreaAction(Action):
@@ -45,7 +45,7 @@ class _AreaAction(Action):
 
     def __call__(self, parser: ArgumentParser, namespace: Namespace, values: Any, _: str | None = None) -> None:
         if values[2] < 0.0:
-            parser.error(f"argument {self.option_strings[0]}: METRES is {values[2]:g}: a distance is not below 0")
+            parser.error(f"argument {self.option_strings[0]}: METRES is {values[2]:g}: must not be negative")
         setattr(namespace, self.dest, values)
 
 
@@ -58,7 +58,7 @@ def map_file(file: Path | None, config: Path) -> Path:
 
 
 def read_map(path: Path, within: Area | None) -> tuple[list[MapObject], LocalFrame]:
-    """Return the objects of a map, and the frame that they are told in. Raises OdsError."""
+    """Return the objects of a map, and the frame of their positions. Raises OdsError."""
     with opened(copy_of_map(path)) as store:
         return store.load(within), LocalFrame(*store.origin_deg())
 

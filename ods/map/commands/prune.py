@@ -26,7 +26,7 @@ def run(args: Namespace) -> None:
     """Take out what meets a criterion, and say which and why. Raises OdsError."""
     criteria = Criteria(args.existence_below, args.older_than, args.seen_fewer, args.outside)
     if not criteria:
-        raise OdsError("say what is to go: --existence-below, --older-than, --seen-fewer or --outside")
+        raise OdsError("name what to remove: --existence-below, --older-than, --seen-fewer or --outside")
     path = map_file(args.file, args.config)
     if not args.dry_run and os.path.isfile(path) and (reason := hindrance(path)):  # noqa: PTH113  which never raises
         raise OdsError(f"map {path}: {reason}")

@@ -37,7 +37,7 @@ def motion_of(state: VehicleState) -> Motions:
 def moved(
     was: Motions, orders: Orders, can: VehicleSettings, current_m_s: tuple[float, float], dt_s: float, steps: int
 ) -> tuple[Motions, Floats]:
-    """Return where they are after so many steps, and (steps, n, 2) north, east on their way; see `Steered.step`."""
+    """Return where they are after a number of steps, and (steps, n, 2) north, east on their way; see `Steered.step`."""
     north, east, heading, speed, turn = was
     wanted = np.clip(orders.speed_m_s, can.least_m_s, can.most_m_s)
     gain, most = can.acceleration_m_s2 * dt_s, math.radians(can.turn_rate_deg_s)

@@ -18,17 +18,17 @@ from ods.sim_sonar.settings import VehicleSettings
 from ods.sim_sonar.steered import YAW_S, VehicleState
 
 MOVE_S = 1.0
-"""A move is about so long."""
+"""Approximate duration of a move, s."""
 TURNS = (-1.0, -0.5, 0.0, 0.5, 1.0)
 """Turn rates that are tried, shares of the highest."""
 CELL_M, HEADINGS, SPEED_M_S, TIME_S = 1.0, 48, 0.5, 4.0
 """States are one where place, heading, speed and time fall into one cell."""
 EAGER = 1.02
-"""The time still needed is taken so many times: a way that is found is at most that much slower than the fastest."""
+"""Factor on the time still needed: a way that is found is at most that much slower than the fastest."""
 AT_ONCE = 64
 """States that are gone on from at a time."""
 MOST_STATES = 150_000
-"""After so many there is no way."""
+"""Number of states after which the search ends without a way."""
 CLOSER_M = 0.1
 """Kept beside the distance to keep, as places are looked at now and then only, m."""
 LOOKS = 8
@@ -55,7 +55,7 @@ class Errand(NamedTuple):
     dt_s: float
     """Of a step of the vehicle;"""
     a_time: int
-    """so many come between two set points."""
+    """Number between two set points."""
     most_s: float
     """Patience."""
 

@@ -177,7 +177,7 @@ def _moved_to(echo: Detection, north: float, east: float, head: Placed) -> Detec
 
 
 def _processed(range_m: Floats, ranges: Floats) -> Mask:
-    """Tell which of (m,) ranges were processed."""
+    """Return (m,) bool: ranges that were processed."""
     if not len(ranges):
         return np.ones(len(range_m), np.bool_)
     inside = (range_m[:, None] >= ranges[:, 0]) & (range_m[:, None] <= ranges[:, 1])

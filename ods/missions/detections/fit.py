@@ -27,7 +27,7 @@ LONGEST_ROUND = 100
 
 
 def fit_to_file(campaign: Campaign, path: Path, console: Console) -> None:
-    """Fit laws, write them and tell what they are of. Raises OdsError."""
+    """Fit laws, write them and print what they were fitted to. Raises OdsError."""
     began = time.perf_counter()
     heard, laws = fitted(campaign, MISSIONS)
     save_laws(laws, path)
@@ -52,7 +52,7 @@ def fitted(campaign: Campaign, missions: int) -> tuple[Heard, Laws]:
     whole, cut = heard.seen & ~heard.cut, heard.seen & heard.cut
     if whole.sum() < FEWEST:
         raise OdsError(f"--fit: {whole.sum()} echoes of bodies in {missions} missions are too few")
-    told = [each.heard_from_db for each in shown if each.heard_from_db is not None]
+    thresholds_db = [each.heard_from_db for each in shown if each.heard_from_db is not None]
     law = echo_law(heard, whole)
     return heard, Laws(
         **fingerprints(campaign, setup.onboard.pipeline, setup.sonar),
@@ -68,7 +68,7 @@ def fitted(campaign: Campaign, missions: int) -> tuple[Heard, Laws]:
         clutter=clutter_law(gathering.alone, gathering.pings),
         sector=shown[-1].sector,
         processed_ranges_m=round_of([each.processed_ranges_m for each in shown]),
-        heard_from_db=median(told) if told else None,
+        heard_from_db=median(thresholds_db) if thresholds_db else None,
         chain_ms=round(median(chain_ms), 3),
         pings=gathering.pings,
         echoes=int(heard.seen.sum()),
@@ -97,11 +97,11 @@ def round_of(ranges: Sequence[list[tuple[float, float]]]) -> list[list[tuple[flo
     for period in range(1, LONGEST_ROUND):
         if all(one == other for one, other in zip(ranges, ranges[period:], strict=False)):
             return list(ranges[:period])
-    raise OdsError("--fit: what is processed of the pings does not come again and again")
+    raise OdsError("--fit: the ranges that pipeline.attention processes do not repeat from ping to ping")
 
 
 def table_of(heard: Heard, range_max_m: float) -> Table:
-    """Return what was fitted, by range: it tells at a glance whether there is enough of it."""
+    """Return the fitted data by range, which shows whether there is enough."""
     table = Table("range of the front, m", "bodies in view", "probability of detection", "error of the front, m",
                   "of the bearing, beams", "radius over the true one", "level, dB")  # fmt: skip
     near, errors = heard.features[:, 1] * range_max_m, Errors(*heard.errors.T)

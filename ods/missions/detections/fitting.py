@@ -26,7 +26,7 @@ KEPT = 300
 """Echoes of no body that are kept."""
 STEPS = 30
 SPLIT_M = 1.0
-"""An echo may begin by so much more than the body's radius off the body's front, m."""
+"""Distance beyond the object's radius at which an echo may begin, m."""
 
 
 class Heard(NamedTuple):

@@ -112,21 +112,21 @@ class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     pings: int
     """That it was fitted to,"""
     echoes: int
-    """with so many echoes of bodies."""
+    """with this number of echoes of objects."""
 
     def __post_init__(self) -> None:
         if tuple(self.features) != WORDS or tuple(self.errors) != Errors._fields:
-            raise ValueError("features, errors: not those of this version of ODS: fit it anew")
+            raise ValueError("features, errors: not those of this version of ODS: fit it again")
 
 
 def fingerprints(campaign: Campaign, pipeline: PipelineSettings, sonar: SonarModel) -> dict[str, str]:
     """Return what laws depend on: by names of `Laws`."""
     world = campaign.world
-    told = {
+    parts = {
         "pipeline": msgspec.json.encode(pipeline, enc_hook=str),
         "world": msgspec.json.encode((world.surface, world.sea_bed, world.image, world.height_m, world.down_m)),
     }
-    return {"sonar": sonar_fingerprint(sonar), **{key: sha256(value).hexdigest()[:16] for key, value in told.items()}}
+    return {"sonar": sonar_fingerprint(sonar), **{key: sha256(value).hexdigest()[:16] for key, value in parts.items()}}
 
 
 def sonar_fingerprint(sonar: SonarModel) -> str:
@@ -140,7 +140,7 @@ def refuse_others(laws: Laws, campaign: Campaign, pipeline: PipelineSettings, so
     for key, value in fingerprints(campaign, pipeline, sonar).items():
         if getattr(laws, key) != value:
             what = {"sonar": "another sonar", "pipeline": "another pipeline", "world": "a world of other echoes"}[key]
-            raise OdsError(f"detections: {campaign.detections} was fitted to {what}: fit it anew by --fit")
+            raise OdsError(f"detections: {campaign.detections} was fitted to {what}: fit it again by --fit")
 
 
 @lru_cache(maxsize=8)

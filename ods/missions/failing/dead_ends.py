@@ -12,7 +12,7 @@ POST_M = 1.0
 OVERLAP = 0.9
 """Distance from post to post over their diameter: less than 1, so that nothing shows between them."""
 ASIDE = 0.5
-"""A dead end's middle lies so much of its radius beside the straight way, at most."""
+"""Largest distance of a dead end's middle from the straight way, radii."""
 
 
 def dead_ends(settings: WorldSettings, rng: np.random.Generator) -> Floats:

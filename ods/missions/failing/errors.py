@@ -17,10 +17,10 @@ Drift = Annotated[float, msgspec.Meta(ge=-10.0, le=10.0)]
 
 
 class ErrorSettings(Settings, frozen=True):
-    """Errors that nobody on board knows of. Poses are told as precise as ever."""
+    """Errors unknown on board. Poses are reported as precise as ever."""
 
     range_scale: Annotated[float, msgspec.Meta(ge=0.5, le=2.0)] = 1.0
-    """Ranges told over true ones: of a sonar that is set to a sound speed so many times the true one."""
+    """Ratio of reported to true ranges, as of a sonar that is set to a wrong sound speed."""
     mounting: MountingSettings | None = None
     """Where the sonar's head really is; none: as `sonar.mounting` of `onboard` says."""
     drift_m_s: tuple[Drift, Drift] = (0.0, 0.0)
@@ -33,7 +33,7 @@ class ErrorSettings(Settings, frozen=True):
     def __post_init__(self) -> None:
         for place, fault in enumerate(self.fault):
             if fault.kind not in BLINDNESS:
-                raise ValueError(f"fault[{place}].kind: {fault.kind} is none in the image: {', '.join(BLINDNESS)}")
+                raise ValueError(f"fault[{place}].kind: {fault.kind} does not apply to images: {', '.join(BLINDNESS)}")
 
     def ping(self, ping: Ping) -> Ping:
         """Return a ping as the sonar reports it."""

@@ -1,4 +1,4 @@
-"""The scene of a world, for images: obstacles that echo from near only are out of sight until then."""
+"""The scene of a world, for images: obstacles that echo from near only are not observed until then."""
 
 import numpy as np
 

@@ -12,9 +12,9 @@ from ods.missions.world import World
 from ods.sim_sonar.steered import VehicleState
 
 BEFORE_S = 5.0
-"""So long before the closest approach, s: at a turn rate of 10 degrees a second there is little that helps later."""
+"""Time before the closest approach, s: at a turn rate of 10 degrees a second there is little that helps later."""
 LEAST_M = 1.0
-"""A listed circle reaches at least so far."""
+"""Least radius of a listed circle, m."""
 
 Warned = Literal["", "not valid", "caution", "unknown water"]
 
@@ -30,16 +30,16 @@ class _Said(NamedTuple):
 
 
 class Witness:
-    """Remembers what was said of each obstacle. Places told are taken as seen from the vehicle, wherever it is told."""
+    """Remembers the reports of each obstacle. Reported positions are relative to the vehicle's reported position."""
 
     def __init__(self, world: World) -> None:
         self._world = world
         self._said: list[_Said] = []
 
-    def hear(self, told: ObstacleList, clearance: Clearance | None, sent: VehicleState, t_s: float) -> None:
-        """Take what the planner is told at `t_s` of the ping `sent` from there."""
-        covered, empty = self._covered(told, sent), self._called_empty(told, clearance, sent)
-        self._said.append(_Said(t_s, told.valid, bool(told.caution), covered, empty))
+    def hear(self, received: ObstacleList, clearance: Clearance | None, sent: VehicleState, t_s: float) -> None:
+        """Take what the planner receives at `t_s` for the ping `sent` from there."""
+        covered, empty = self._covered(received, sent), self._called_empty(received, clearance, sent)
+        self._said.append(_Said(t_s, received.valid, bool(received.caution), covered, empty))
 
     def before(self, t_s: float, which: int) -> tuple[bool, Warned]:
         """Return whether an obstacle was listed in the last BEFORE_S before `t_s`, and what warned of the list then."""
@@ -51,25 +51,25 @@ class Witness:
             return listed, "caution"
         return listed, "" if any(each.empty[which] for each in said) else "unknown water"
 
-    def _covered(self, told: ObstacleList, sent: VehicleState) -> Mask:
+    def _covered(self, received: ObstacleList, sent: VehicleState) -> Mask:
         radius = self._world.radius_m
-        if not told.obstacles:
+        if not received.obstacles:
             return np.zeros(len(radius), np.bool_)
-        listed = np.array([each.position_ned[:2] for each in told.obstacles])
-        if told.pose is not None:
-            turn = sent.heading_rad - _heading(told.pose.attitude)
+        listed = np.array([each.position_ned[:2] for each in received.obstacles])
+        if received.pose is not None:
+            turn = sent.heading_rad - _heading(received.pose.attitude)
             cos, sin = math.cos(turn), math.sin(turn)
-            ahead = listed - told.pose.position_ned[:2]
+            ahead = listed - received.pose.position_ned[:2]
             listed = ahead @ np.array([[cos, sin], [-sin, cos]]) + (sent.north_m, sent.east_m)
         off = np.hypot(*(self._world.places(sent.t_s)[:, None] - listed).transpose(2, 0, 1))
-        over = np.array([max(each.radius_m, LEAST_M) for each in told.obstacles])
+        over = np.array([max(each.radius_m, LEAST_M) for each in received.obstacles])
         return np.asarray((off < radius[:, None] + over).any(axis=1))
 
-    def _called_empty(self, told: ObstacleList, clearance: Clearance | None, sent: VehicleState) -> Mask:
+    def _called_empty(self, received: ObstacleList, clearance: Clearance | None, sent: VehicleState) -> Mask:
         north, east = (self._world.places(sent.t_s) - (sent.north_m, sent.east_m)).T
         if clearance is None or not clearance.valid:
             return np.zeros(len(north), np.bool_)
-        turn = 0.0 if told.pose is None else _heading(told.pose.attitude) - sent.heading_rad
+        turn = 0.0 if received.pose is None else _heading(received.pose.attitude) - sent.heading_rad
         sectors = len(clearance.clear_to_m)
         sector = np.floor(sectors * (np.arctan2(east, north) + turn) / (2.0 * math.pi)).astype(int) % sectors
         edge: Floats = np.hypot(north, east) - self._world.radius_m

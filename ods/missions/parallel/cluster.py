@@ -21,7 +21,7 @@ from ods.missions.parallel.workers import AHEAD, Fly, Task
 from ods.missions.settings import Campaign
 
 PATIENCE_S = 10.0
-"""So long the scheduler may take to answer."""
+"""Time that the scheduler may take to answer, s."""
 CA, CERT, KEY = "ca.pem", "cert.pem", "key.pem"
 """What the folder of --tls holds."""
 
@@ -37,7 +37,7 @@ def flown_on_cluster(tasks: Sequence[Task], fly: Fly, address: str, tls: Path | 
     try:
         client = Client(address, security=security, set_as_default=False, timeout=PATIENCE_S)
     except (OSError, TimeoutError, ValueError) as error:
-        raise OdsError(f"--cluster: {address}: no scheduler that takes us: {one_line(error)}") from error
+        raise OdsError(f"--cluster: {address}: the scheduler refused the connection: {one_line(error)}") from error
     with client:
         yield from _of_client(client, tasks, fly, address)
 
@@ -57,7 +57,9 @@ def security_of(address: str, tls: Path | None) -> Security | None:
     if scheme != "tcp":
         raise OdsError(f"--cluster: {address}: expected tls://HOST:PORT, or tcp://127.0.0.1:PORT on this machine")
     if not _is_here(place.rpartition(":")[0].strip("[]")):
-        raise OdsError(f"--cluster: {address}: without TLS on this machine only: it runs whatever it is sent")
+        raise OdsError(
+            f"--cluster: {address}: without TLS only on this machine, as a scheduler runs any code it receives"
+        )
     return None
 
 
@@ -71,12 +73,12 @@ def _is_here(host: str) -> bool:
 def fly_alike(fly: Fly, digest: str, task: Task) -> Flown:
     """Fly one mission on a worker whose version and files are those of who asks. Raises OdsError."""
     if digest_of(task.campaign) != digest:
-        raise OdsError("--cluster: a worker has another ODS, or other files of the campaign's, than there are here")
+        raise OdsError("--cluster: a worker has another version of ODS or of the campaign's files than this machine")
     return fly(task)
 
 
 def digest_of(campaign: Campaign) -> str:
-    """Return what tells one campaign's ODS, sonar and settings from another's. Raises OdsError."""
+    """Return what distinguishes one campaign's ODS, sonar and settings from another's. Raises OdsError."""
     return hashlib.sha256(msgspec.json.encode(depends_on(campaign), enc_hook=str)).hexdigest()
 
 

@@ -11,7 +11,7 @@ from ods.missions.outcome import Flown
 from ods.missions.settings import Arm, Campaign
 
 MOST_KILLS = 3
-"""So often in a row, without one result between, a pool may lose a process: then it is the mission that kills it."""
+"""Processes that a pool may lose in a row, without a result between: then the mission itself kills them."""
 AHEAD = 4
 """Missions for each process that are given out at a time."""
 

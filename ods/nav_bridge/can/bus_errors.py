@@ -1,4 +1,4 @@
-"""The state of the CAN controller, as error frames tell it (Linux, can/error.h)."""
+"""The state of the CAN controller, as reported by error frames (Linux, can/error.h)."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ CONTROLLER, NO_ACKNOWLEDGEMENT, BUS_OFF, RESTARTED = 0x004, 0x020, 0x040, 0x100
 ERROR_WARNING, ERROR_PASSIVE, ERROR_ACTIVE = 0x0C, 0x30, 0x40
 """Bits of the second data byte, with CONTROLLER: error counters above 96, above 127, below again."""
 RECENT_NS = 1_500_000_000
-"""For so long after the last sign nobody acknowledges."""
+"""Time after the last sign for which missing acknowledgement is reported, s."""
 
 
 class BusErrors:
@@ -47,7 +47,7 @@ class BusErrors:
         self._passive = False
 
     def problems(self, now_ns: int) -> Iterator[str]:
-        """Say in plain words what is wrong."""
+        """Return the problems, a text each."""
         if self._off:
             yield "bus-off: wiring, termination or bit rate"
         elif self._passive:

@@ -1,4 +1,4 @@
-"""What comes off a CAN bus, and the identifiers of the CANopen services that are not PDOs (CiA 301)."""
+"""Frames of a CAN bus, and the identifiers of the CANopen services that are not PDOs (CiA 301)."""
 
 import struct
 from typing import NamedTuple
@@ -55,7 +55,7 @@ class Frame(NamedTuple):
 
 
 class ErrorFrame(NamedTuple):
-    """What the driver tells of the CAN controller in the form of a frame (Linux, can/error.h)."""
+    """State of the CAN controller, reported by the driver as a frame (Linux, can/error.h)."""
 
     classes: int
     """Bits, each a kind of error."""

@@ -107,7 +107,7 @@ class CanLink(Link[Frame]):
             self._counters["can_unsent"] += 1
 
     def problems(self) -> list[str]:
-        """Say in plain words what is wrong with the interface."""
+        """Return the problems of the interface, a text each."""
         now_ns = clock.monotonic_ns()
         found = [*self._errors.problems(now_ns), *self._complaints(now_ns)]
         return [f"{self._settings.channel}: {problem}" for problem in found]
@@ -122,7 +122,7 @@ class CanLink(Link[Frame]):
             yield f"no CAN frame for {silent_ns / clock.NS:.1f} s"
 
     def close(self) -> None:
-        """Give the interface back."""
+        """Close the interface."""
         bus, self._bus = self._bus, None
         if bus is None:
             return
@@ -195,7 +195,7 @@ def _is_up(channel: str) -> bool:
     try:
         flags = int((Path("/sys/class/net") / channel / "flags").read_text(), 16)
     except (OSError, ValueError):
-        return True  # gone: reading tells
+        return True  # gone: reading reports it
     return bool(flags & IFF_UP)
 
 

@@ -53,13 +53,13 @@ class SocketcanBus(PythonSocketcanBus):
 
     def _arrival_ns(self, ancillary: list[tuple[int, int, bytes]]) -> int:
         arrival_ns = None
-        for _, kind, told in ancillary:
+        for _, kind, data in ancillary:
             if kind == SO_RXQ_OVFL:
-                (dropped,) = DROPPED.unpack(told)
+                (dropped,) = DROPPED.unpack(data)
                 self._counters["can_overflow"] += (dropped - self._dropped) % (1 << 32)
                 self._dropped = dropped
             else:  # SO_TIMESTAMPNS, for which python-can has asked
-                seconds, nanoseconds = TIMESPEC.unpack(told)
+                seconds, nanoseconds = TIMESPEC.unpack(data)
                 arrival_ns = self._stamps.arrival_ns(seconds * clock.NS + nanoseconds)
         return clock.monotonic_ns() if arrival_ns is None else arrival_ns
 

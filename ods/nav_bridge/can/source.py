@@ -1,4 +1,4 @@
-"""What every kind of navigation source on CAN is: frames in, poses and plain words out."""
+"""Interface of every navigation source on CAN: frames in, poses and problems out."""
 
 from abc import abstractmethod
 
@@ -7,7 +7,7 @@ from ods.nav_bridge.source import PoseSource
 
 
 class CanSource(PoseSource[Frame]):
-    """One navigation system as its frames tell of it."""
+    """One navigation system, by its frames."""
 
     kind = "CAN"
 

@@ -7,7 +7,7 @@ from ods.base import clock
 WALL_CLOCK_STEP_NS = 100_000_000
 """NTP slews by less than this between two looks; a step is larger."""
 SLACK_NS = 50_000_000
-"""A frame may be on its way from the driver for so long."""
+"""Longest delay of a frame from the driver, ns."""
 
 
 class StampClock:
@@ -28,7 +28,7 @@ class StampClock:
         self._ahead_ns = ahead_ns
 
     def arrival_ns(self, stamp_utc_ns: int) -> int:
-        """Return the monotonic time of a frame just read; now, if its stamp is none of the wall clock."""
+        """Return the monotonic time of a frame just read; now, if its stamp is not of the wall clock."""
         ahead_ns, now_ns = _both_clocks()
         for arrival_ns in (stamp_utc_ns - ahead_ns, stamp_utc_ns - self._ahead_ns):
             if self._empty_ns - SLACK_NS <= arrival_ns <= now_ns:

@@ -3,14 +3,14 @@
 from collections import Counter, deque
 
 WINDOW_NS = 1_500_000_000
-"""Longer than most heartbeat periods, and short enough that the end of it is told within 2 s."""
+"""Longer than most heartbeat periods, and short enough that its end is reported within 2 s."""
 
 
 NEVER_NS = -(1 << 62)
 
 
 class DuplicateNode:
-    """Believed when `needed` pieces of evidence come within WINDOW_NS, and for so long after the last.
+    """Believed when `needed` pieces of evidence come within WINDOW_NS, and for that time after the last.
 
     Every piece counts as `counter`.
     """

@@ -22,7 +22,7 @@ def read_dictionary(eds: Path, node_id: int, key: str) -> ObjectDictionary:
         raise EdsError(f"{eds}: {key}: {error.strerror}") from error
     try:
         source = io.StringIO(canonical(text, node_id))
-        source.name = str(eds)  # canopen tells the format by the name
+        source.name = str(eds)  # canopen recognizes the format by the name
         return import_od(source, node_id)
     except Exception as error:  # canopen lets through whatever a malformed file runs into
         raise EdsError(f"{eds}: {key}: not a usable EDS: {one_line(repr(error))}") from error
@@ -35,5 +35,5 @@ def number_of(dictionary: ObjectDictionary, index: int, subindex: int) -> int:
         raise ValueError(f"object 0x{index:X}:{subindex:X} is missing")
     value = variable.default if variable.value is None else variable.value
     if not isinstance(value, int):
-        raise ValueError(f"object 0x{index:X}:{subindex:X} has no number as its value")
+        raise ValueError(f"object 0x{index:X}:{subindex:X} has no numeric value")
     return value

@@ -12,7 +12,7 @@ TIMEOUT_NS = 100_000_000
 """An epoch that is not complete after this time never will be; the sequence number may have wrapped since."""
 LOST_SLACK = 3
 LOST_SHARE = 0.02
-"""By so many epochs, and this share of them, number and time may disagree on how many were lost."""
+"""Number of epochs, and share of them, by which number and time may disagree on how many were lost."""
 PERIOD_GAIN = 0.1
 """Share of the newest period in the mean."""
 EVIDENCE = 3

@@ -1,4 +1,4 @@
-"""How the INS is: heartbeat with a time-out of our own, emergencies and SYNC."""
+"""State of the INS: heartbeat with a time-out of our own, emergencies and SYNC."""
 
 from collections import Counter, deque
 
@@ -20,13 +20,13 @@ ALTERNATING = 4
 class InsMonitor:
     """Follows the INS by everything but its PDOs.
 
-    Counts `heartbeat_bad`, `emcy`, `emcy_bad`, `sync`, `ins_boot_up`, and `ins_twice` for heartbeats that tell two
+    Counts `heartbeat_bad`, `emcy`, `emcy_bad`, `sync`, `ins_boot_up`, and `ins_twice` for heartbeats that show two
     states in turn.
     """
 
     def __init__(self, heartbeat_timeout_s: float, now_ns: int, counters: Counter[str]) -> None:
         self.state: int | None = None
-        """NMT state that the newest heartbeat told."""
+        """NMT state in the newest heartbeat."""
         self.sync_ns: int | None = None
         """Arrival of the newest SYNC."""
         self.duplicate = DuplicateNode("ins_twice", counters, 1)
@@ -87,7 +87,7 @@ class InsMonitor:
         return silent_ns if self.timeout_ns and silent_ns > self.timeout_ns else 0
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say in plain words what is wrong with the INS."""
+        """Return the problems of the INS, a text each."""
         found = list(self._errors.values())
         silent_ns = self.silent_ns(now_ns)
         if silent_ns:

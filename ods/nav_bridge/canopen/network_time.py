@@ -1,17 +1,17 @@
-"""The network's UTC, as TIME messages tell it."""
+"""The network's UTC, by TIME messages."""
 
 import struct
 from collections import Counter
 
 from ods.nav_bridge.can.frame import Frame
 from ods.nav_bridge.clocks.ins_clock import day_ms, utc_of_time_of_day
-from ods.nav_bridge.clocks.told_utc import ToldUtc
+from ods.nav_bridge.clocks.reported_utc import ReportedUtc
 
 TIME_FRAME = struct.Struct("<IH")
 
 
-class NetworkTime(ToldUtc):
-    """Counts `time_bad` (malformed, too), and what `ToldUtc` does."""
+class NetworkTime(ReportedUtc):
+    """Counts `time_bad` (malformed, too), and what `ReportedUtc` does."""
 
     def __init__(self, counters: Counter[str]) -> None:
         super().__init__(counters)

@@ -1,4 +1,4 @@
-"""Which object of the INS is which pose field: the settings' table, checked."""
+"""Map from the INS's objects to pose fields: the settings' table, checked."""
 
 import re
 from collections.abc import Mapping
@@ -33,12 +33,12 @@ class MappedObject(NamedTuple):
 def object_map(objects: Mapping[str, str | ObjectSettings]) -> dict[Where, MappedObject]:
     """Return what each object is; of the default, what is optional may lack. Raises OdsError: one line with the key."""
     found: dict[Where, MappedObject] = {}
-    usual = {name: _field(told) for name, told in objects.items()} == POSE_OBJECTS
-    for name, told in objects.items():
-        where, factor = _where(name), told.factor if isinstance(told, ObjectSettings) else None
-        field = _field(told)
+    usual = {name: _field(entry) for name, entry in objects.items()} == POSE_OBJECTS
+    for name, entry in objects.items():
+        where, factor = _where(name), entry.factor if isinstance(entry, ObjectSettings) else None
+        field = _field(entry)
         if field not in UNITS and field not in CONTROL_FIELDS:
-            raise OdsError(f"{KEY}.{name}: no pose field: {none_of(field, sorted({*UNITS, *CONTROL_FIELDS}))}")
+            raise OdsError(f"{KEY}.{name}: not a pose field: {none_of(field, sorted({*UNITS, *CONTROL_FIELDS}))}")
         if field in CONTROL_FIELDS and factor is not None:
             raise OdsError(f"{KEY}.{name}: {field} has no factor")
         if where in found:
@@ -50,13 +50,13 @@ def object_map(objects: Mapping[str, str | ObjectSettings]) -> dict[Where, Mappe
     return found
 
 
-def _field(told: str | ObjectSettings) -> str:
-    return told.field if isinstance(told, ObjectSettings) else told
+def _field(entry: str | ObjectSettings) -> str:
+    return entry.field if isinstance(entry, ObjectSettings) else entry
 
 
 def _where(name: str) -> Where:
     match = OBJECT.fullmatch(name)
     subindex = int(match[2] or 0) if match else 0
     if match is None or subindex > 254:
-        raise OdsError(f'{KEY}.{name}: objects are named like "0x2010:1", index and decimal sub-index')
+        raise OdsError(f'{KEY}.{name}: expected a name like "0x2010:1": hexadecimal index, decimal sub-index')
     return int(match[1], 16), subindex

@@ -1,4 +1,4 @@
-"""What the INS's PDOs carry: its EDS, read once and turned into precompiled decoders."""
+"""Contents of the INS's PDOs: its EDS, read once and turned into precompiled decoders."""
 
 import struct
 from collections.abc import Iterator, Mapping
@@ -64,7 +64,7 @@ class PdoLayout:
 
     @property
     def restricted(self) -> bool:
-        """Its COB-ID is none that a PDO may have."""
+        """Its COB-ID is not one that a PDO may have."""
         return any(first <= self.cob_id <= last for first, last in RESTRICTED)
 
     @property
@@ -97,7 +97,7 @@ class PdoSet:
 
     @property
     def fields(self) -> frozenset[str]:
-        """Everything that one epoch tells."""
+        """All values of one epoch."""
         return frozenset(name for layout in self.layouts for name in layout.fields)
 
 
@@ -121,7 +121,9 @@ def load_pdo_set(eds: Path, node_id: int, objects: Mapping[Where, MappedObject])
     except ValueError as error:
         raise EdsError(f"{eds}: {error}") from error
     missing = [
-        f"{told.name} ({told.field})" for where, told in objects.items() if where not in carried and not told.may_lack
+        f"{mapped.name} ({mapped.field})"
+        for where, mapped in objects.items()
+        if where not in carried and not mapped.may_lack
     ]
     if missing or not layouts:
         raise EdsError(f"{eds}: no transmit PDO carries {', '.join(missing) or 'a pose field'}")
@@ -180,21 +182,21 @@ def _entries(
     for subindex in range(1, number_of(dictionary, index, 0) + 1):
         mapped = number_of(dictionary, index, subindex)
         where, bits = (mapped >> 16, mapped >> 8 & 0xFF), mapped & 0xFF
-        told = objects.get(where)
-        if told is None:
+        source = objects.get(where)
+        if source is None:
             skipped += bits
             continue
         if skipped % 8:
-            raise ValueError(f"object {told.name} is mapped behind {skipped} bits, not whole bytes")
+            raise ValueError(f"object {source.name} is mapped behind {skipped} bits, not whole bytes")
         yield _Entry(f"{skipped // 8}x")
         skipped = 0
         carried.add(where)
-        yield _entry(dictionary.get_variable(*where), told, bits)
+        yield _entry(dictionary.get_variable(*where), source, bits)
     yield _Entry(f"{-(-skipped // 8)}x")
 
 
-def _entry(variable: ODVariable | None, told: MappedObject, bits: int) -> _Entry:
-    if told.field == TIME_FIELD:
+def _entry(variable: ODVariable | None, mapped: MappedObject, bits: int) -> _Entry:
+    if mapped.field == TIME_FIELD:
         if bits != TIME_OF_DAY_BITS:
             raise ValueError(f"the time of day is mapped with {bits} bits instead of {TIME_OF_DAY_BITS}")
         return _Entry("IH", ("time_ms", "time_days"), (1, 1))
@@ -202,16 +204,16 @@ def _entry(variable: ODVariable | None, told: MappedObject, bits: int) -> _Entry
     size, signed = ODD_BYTES.get(kind, (0, None))
     code = f"{size}s" if size else STRUCT_CODES.get(kind)
     if variable is None or code is None or struct.calcsize(code) * 8 != bits:
-        raise ValueError(f"object {told.name} is missing, or its type does not fit {bits} bits")
-    if told.field not in (SEQUENCE_FIELD, STATUS_FIELD):
-        return _Entry(code, (told.field,), (variable.factor if told.factor is None else told.factor,), signed)
+        raise ValueError(f"object {mapped.name} is missing, or its type does not fit {bits} bits")
+    if mapped.field not in (SEQUENCE_FIELD, STATUS_FIELD):
+        return _Entry(code, (mapped.field,), (variable.factor if mapped.factor is None else mapped.factor,), signed)
     if code not in UNSIGNED_CODES:
-        raise ValueError(f"object {told.name} ({told.field}) is no unsigned number")
-    return _Entry(code, (told.field,), (1,))
+        raise ValueError(f"object {mapped.name} ({mapped.field}) is not an unsigned number")
+    return _Entry(code, (mapped.field,), (1,))
 
 
 def _sequence_modulus(dictionary: ObjectDictionary, objects: Mapping[Where, MappedObject]) -> int | None:
-    variables = [dictionary.get_variable(*where) for where, told in objects.items() if told.field == SEQUENCE_FIELD]
+    variables = [dictionary.get_variable(*where) for where, mapped in objects.items() if mapped.field == SEQUENCE_FIELD]
     widths = {len(variable) for variable in variables if variable is not None}
     if len(widths) > 1:
         raise ValueError("the objects that carry the sequence number have different types")

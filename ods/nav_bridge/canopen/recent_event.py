@@ -1,4 +1,4 @@
-"""Events that are a fault for a while, told by a counter."""
+"""Events that are a fault for a while, detected by a counter."""
 
 from collections import Counter
 

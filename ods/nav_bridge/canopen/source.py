@@ -75,12 +75,12 @@ class CanopenSource(CanSource):
             found[HEARTBEAT + self._settings.ins_node_id] = "heartbeat"
         return {str(CanId(number, extended=False)): what for number, what in found.items()}
 
-    def doubts(self) -> list[str]:
-        """Name the COB-IDs that are no PDO's."""
+    def objections(self) -> list[str]:
+        """Return a text that names the COB-IDs reserved for other services than PDOs."""
         cob_ids = [layout.cob_id for layout in self._layouts.values() if layout.restricted]
-        told = ", ".join(str(CanId(number, extended=False)) for number in sorted(cob_ids))
+        listed = ", ".join(str(CanId(number, extended=False)) for number in sorted(cob_ids))
         asked = "is $NODEID missing in the EDS?"
-        return [f"{told}: CiA 301 keeps such COB-IDs for other services: {asked}"] if cob_ids else []
+        return [f"{listed}: CiA 301 reserves these COB-IDs for other services: {asked}"] if cob_ids else []
 
     @property
     def late_ns(self) -> int:
@@ -126,7 +126,7 @@ class CanopenSource(CanSource):
         if self._assembler.duplicate.now(epoch.t_ns):
             self._counters["epoch_contested"] += 1
             return None
-        self._utc.tell(self._time.ahead_ns if self._pose.knows_time(epoch) else None)
+        self._utc.take(self._time.ahead_ns if self._pose.knows_time(epoch) else None)
         pose = self._pose.decode(epoch, self._sampled_ns(epoch))
         self._reopened = self._reopened and pose is None
         return pose

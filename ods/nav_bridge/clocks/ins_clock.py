@@ -39,7 +39,7 @@ class InsClock:
         return self.estimator.held_back_ns
 
     def instant(self, ticks: float, arrival_ns: int) -> int:
-        """Return the monotonic time, ns, of a reading of the clock, told by a message of `arrival_ns`."""
+        """Return the monotonic time, ns, of a reading of the clock in a message of `arrival_ns`."""
         step = ticks - self._last
         if self._wraps_at is not None:
             step = (step + self._wraps_at // 2) % self._wraps_at - self._wraps_at // 2

@@ -1,4 +1,4 @@
-"""How the messages of one instant follow each other on the bus: one after the other, then silence until the next."""
+"""Order of the messages of one instant on the bus: one after the other, then silence until the next instant."""
 
 from collections import Counter
 from collections.abc import Collection, Sequence
@@ -10,9 +10,9 @@ from ods.nav_bridge.can.frame import CanId
 CYCLES = 8
 """Instants, each with all messages, that are looked at together."""
 CLEARLY_LONGER = 3.0
-"""The silence between two instants is so many times as long as the longest within one, or nothing is made of it."""
+"""Least ratio of the silence between two instants to the longest gap within one."""
 LEAST_SILENCE_NS = 100_000
-"""Shorter than a frame on the fastest bus: read in one go, nothing can be made of it."""
+"""Gap shorter than a frame on the fastest bus, ns: such frames were read at once, and their gap means nothing."""
 USUAL_SHARE = 0.6
 """Of the times that a message came, the one that mostly follows it followed it; frames are lost now and then."""
 
@@ -26,7 +26,7 @@ class Step(NamedTuple):
 
 
 class Burst(NamedTuple):
-    """What a number of steps tells."""
+    """Result of a number of steps."""
 
     cycle: tuple[CanId, ...] = ()
     """All messages in the order in which they follow each other, from any of them on; () when there is none."""
@@ -37,7 +37,7 @@ class Burst(NamedTuple):
 
     @property
     def order(self) -> tuple[CanId, ...]:
-        """Return the messages of one instant in the order of sending, () when gaps do not tell it."""
+        """Return the messages of one instant in the order of sending, () when gaps do not show it."""
         if len(self.cycle) < 2:
             return self.cycle
         longest, second = sorted(self.gaps_ns, reverse=True)[:2]

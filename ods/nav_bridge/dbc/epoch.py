@@ -4,7 +4,7 @@ Something sampled earlier than an epoch can only be in it as a late frame, which
 counts when its messages came in their order, each once, directly after an epoch whose messages came so too. Something
 sampled later cannot be in it when it was complete before the next instant, by `window_ns`. One that was read later
 waits for the next reading of the device's clock, which says whether instants were lost on the way. Where one instant
-ends and the next begins is told by silence on the bus: an epoch with a silence in it does not count.
+ends and the next begins is recognized by silence on the bus: an epoch with a silence in it does not count.
 """
 
 from collections import Counter
@@ -17,7 +17,7 @@ from ods.nav_bridge.dbc.epoch_order import EpochOrder
 from ods.nav_bridge.dbc.signal_map import Clock, DbcMap, DbcMessage
 
 SKIPPED = 1.5
-"""Steps between instants: an epoch so much later than the one before has missed one."""
+"""Steps between instants: an epoch later than the one before by more than this has missed one."""
 
 
 @dataclass(frozen=True)
@@ -73,12 +73,12 @@ class DbcEpochAssembler:
         """How late the newest reading of the clock was, 0 without one."""
         return self._clock.late_ns if self._clock else 0
 
-    def doubts(self) -> Iterator[str]:
-        """Say why epochs do not become poses though all their messages come."""
-        if self._order.doubt:
-            yield self._order.doubt
+    def objections(self) -> Iterator[str]:
+        """Yield why epochs do not become poses though all their messages come."""
+        if self._order.objection:
+            yield self._order.objection
         elif self._breaks_at:
-            yield f"epochs break off before {self._breaks_at}: it is lost, or comes more rarely than the others"
+            yield f"epochs break off before {self._breaks_at}: it is lost, or sent more rarely than the others"
 
     def _follows(self, message: DbcMessage, t_ns: int) -> bool:
         """Return whether the message is the next one of an epoch, and begin a new one where it is the first."""

@@ -1,4 +1,4 @@
-"""The order in which the messages of one instant are sent: told by the configuration, or found on the bus."""
+"""The order in which the messages of one instant are sent: configured, or found on the bus."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,25 +8,25 @@ from ods.nav_bridge.dbc.signal_map import DbcMessage
 
 MS = 1e6
 REST = 7
-"""Looks left out after one that changed nothing, as all goes well."""
+"""Number of checks skipped after one without a change."""
 
 
 class EpochOrder:
     """Watches how messages follow each other; knows the order, or says why not.
 
-    There is none before a few instants have been seen. One that is told holds unless the bus contradicts it: the
+    There is none before a few instants have been seen. A configured one holds unless the bus contradicts it: the
     silence between two instants is elsewhere.
     """
 
-    def __init__(self, messages: Sequence[DbcMessage], told: bool) -> None:
+    def __init__(self, messages: Sequence[DbcMessage], configured: bool) -> None:
         self.places: Mapping[CanId, int] = {}
         """Position of each message in the epoch; empty while it is not known."""
-        self.doubt = ""
-        """Why there is no order, in plain words; "" while there is one, or too little has been seen."""
+        self.objection = ""
+        """Why there is no order, as text; "" while there is one, or too few messages have come."""
         self.silence_ns = 0.0
         """Usual silence between two instants; 0 where it is not clearly longer than those within one."""
         self._labels = {message.can_id: message.label for message in messages}
-        self._told = tuple(self._labels) if told else ()
+        self._configured = tuple(self._labels) if configured else ()
         self._steps: list[Step] = []
         self._last: tuple[CanId, int] | None = None
         self._resting = 0
@@ -56,16 +56,16 @@ class EpochOrder:
         self._resting = 0
 
     def _judge(self, burst: Burst) -> bool:
-        order, self.doubt = burst.order, ""
+        order, self.objection = burst.order, ""
         self.silence_ns = max(burst.gaps_ns) if order else self.silence_ns
-        if self._told:
-            if order and order != self._told:
-                self.doubt = self._contradiction(order)
-            return self._adopt(() if self.doubt else self._told)
+        if self._configured:
+            if order and order != self._configured:
+                self.objection = self._contradiction(order)
+            return self._adopt(() if self.objection else self._configured)
         if not order and self.places and (not burst.cycle or self._goes_on(burst.cycle)):
             return False  # found before, and borne out by each epoch or not: a disturbed moment proves nothing
         if not order:
-            self.doubt = self._uncertainty(burst)
+            self.objection = self._uncertainty(burst)
         return self._adopt(order)
 
     def _goes_on(self, cycle: tuple[CanId, ...]) -> bool:
@@ -97,8 +97,8 @@ class EpochOrder:
                 "stamp that those of one instant share"
             )
         gaps = sorted(zip(burst.gaps_ns, burst.cycle, strict=True), reverse=True)[:2]
-        told = ", ".join(f"{gap_ns / MS:.2f} ms after {self._labels[can_id]}" for gap_ns, can_id in gaps)
+        silences = ", ".join(f"{gap_ns / MS:.2f} ms after {self._labels[can_id]}" for gap_ns, can_id in gaps)
         return (
-            f"where an instant's messages begin cannot be told from the bus, its longest silences are alike ({told}): "
-            "nav.dbc.epoch must tell their order, or nav.dbc.sequence a number that they share"
+            f"the bus does not show an instant's first message, as its longest silences are alike ({silences}): "
+            "set nav.dbc.epoch to their order, or nav.dbc.sequence to a number that they share"
         )

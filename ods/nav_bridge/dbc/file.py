@@ -71,10 +71,10 @@ class DbcText:
 
     def message(self, name: str, key: str = "nav.dbc.file") -> Message:
         """Return one of them, which a setting names. Raises DbcError."""
-        told = self._messages[name]
-        if len(told) > 1:
-            raise DbcError(f"{self._file}: {key}: message {name} is there {len(told)} times")
-        [(number, text)] = told
+        found = self._messages[name]
+        if len(found) > 1:
+            raise DbcError(f"{self._file}: {key}: message {name} is there {len(found)} times")
+        [(number, text)] = found
         about = self._about.get(number, {})
         said = (about.get(signal, "") for signal in (*_SIGNAL.findall(text), ""))
         text = "\n".join((text, self._formats, *said))
@@ -91,10 +91,10 @@ class DbcText:
 
 def _refuse_absurd_sizes(text: str) -> None:
     """Raise ValueError: cantools lists all bits of a message and of each signal, and all numbers of a range."""
-    for told in _SIZES.finditer(text):
-        if any(int(number[:MOST_DIGITS]) > MOST for number in told.groups("0")):
-            raise ValueError(f"{told[0][:80]}: a message has {MOST} bits at most")
-    for told in _RANGES.finditer(text):
-        ends = [(int(first[:MOST_DIGITS]), int(last[:MOST_DIGITS])) for first, last in _RANGE.findall(told[0])]
+    for size in _SIZES.finditer(text):
+        if any(int(number[:MOST_DIGITS]) > MOST for number in size.groups("0")):
+            raise ValueError(f"{size[0][:80]}: a message has {MOST} bits at most")
+    for ranges in _RANGES.finditer(text):
+        ends = [(int(first[:MOST_DIGITS]), int(last[:MOST_DIGITS])) for first, last in _RANGE.findall(ranges[0])]
         if any(last - first > MOST or last >= BEYOND_ALL for first, last in ends):
-            raise ValueError(f"{told[0][:80]}: a range has {MOST} numbers at most")
+            raise ValueError(f"{ranges[0][:80]}: a range has {MOST} numbers at most")

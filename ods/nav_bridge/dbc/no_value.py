@@ -15,7 +15,7 @@ NAMES = re.compile(
     r"|err|fault|fail|missing|out[\s_-]*of[\s_-]*range|over[\s_-]*(range|flow)|under[\s_-]*(range|flow)|reserved|timed?[\s_-]*out",
     re.IGNORECASE,
 )
-"""Of values that are none."""
+"""Of values that stand for no measurement."""
 HIGHEST = 3
 """Raw values of each width that NMEA 2000 keeps."""
 J1939_FIRST, BYTE = 0xFB, 8
@@ -41,7 +41,7 @@ class NoValue(NamedTuple):
     offset: float
 
     def why(self, count: float) -> str:
-        """Return why a raw count is none, in plain words; "": it is a measurement."""
+        """Return why a raw count is not a measurement, as text; "" if it is one."""
         if count in self.names:
             return f'"{self.names[int(count)]}"'
         if count >= self.reserved_from:
@@ -52,7 +52,7 @@ class NoValue(NamedTuple):
 
 
 def no_value_of(signal: Signal, *, extended: bool, j1939: bool, any_value: bool = False) -> NoValue:
-    """Return what of a signal's values is none.
+    """Return which of a signal's values stand for no measurement.
 
     extended: of a message with such an identifier; j1939: by that protocol; any_value: the DBC's range is not believed.
     """

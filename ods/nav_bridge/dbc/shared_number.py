@@ -52,8 +52,8 @@ class SharedNumberAssembler:
         """How late the newest reading of the clock was, 0 without one."""
         return self._clock.late_ns if self._clock else 0
 
-    def doubts(self) -> Iterator[str]:
-        """Say why epochs do not become poses though all their messages come."""
+    def objections(self) -> Iterator[str]:
+        """Yield why epochs do not become poses though all their messages come."""
         if self._lacked:
             yield f"{self._lacked} lacks the number that the others share (nav.dbc.sequence)"
 

@@ -105,11 +105,11 @@ class DbcMessage:
     def is_j1939(self) -> bool:
         """The file says so, or leaves the sender open, or the settings name one."""
         layout = self.layout
-        told = layout.protocol == J1939 or layout.frame_id & SENDER_MASK == NO_SENDER or self.sender is not None
-        return layout.is_extended_frame and told
+        addressed = layout.protocol == J1939 or layout.frame_id & SENDER_MASK == NO_SENDER or self.sender is not None
+        return layout.is_extended_frame and addressed
 
     def absent(self, counts: Mapping[str, float]) -> list[str]:
-        """Say which signals tell no measurement, and what they tell instead."""
+        """Return a text for each signal without a measurement, with what it reports instead."""
         found = ((item.signal, item.no_value.why(counts[item.signal])) for item in self.readings)
         return [f"{self.layout.name}.{signal} is {why}" for signal, why in found if why]
 
@@ -137,8 +137,8 @@ class DbcMessage:
     def _needed(self) -> tuple[str, ...]:
         clock = [self.clock.signal] if self.clock is not None else []
         shared = [self.sequence] if self.sequence is not None else []
-        told = (item.signal for item in self.readings if self.optional or item.field not in OPTIONAL)
-        return (*told, *(item.signal for item in self.conditions), *clock, *shared)
+        readings = (item.signal for item in self.readings if self.optional or item.field not in OPTIONAL)
+        return (*readings, *(item.signal for item in self.conditions), *clock, *shared)
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ class DbcMap:
 
     messages: Mapping[CanId, DbcMessage]
     epoch: tuple[DbcMessage, ...]
-    """Those of one instant, in the order of sending where that is told."""
+    """Those of one instant, in the order of sending where that is known."""
     order_told: bool
     shares_number: bool
     """All of `epoch` have a `sequence`."""
@@ -189,7 +189,7 @@ class _Resolver:
     def add_field(self, name: str, mapped: SignalSettings) -> None:
         key = f"nav.dbc.signals.{name}"
         if name not in UNITS:
-            raise self._error(key, f"no pose field: {none_of(name, UNITS)}")
+            raise self._error(key, f"not a pose field: {none_of(name, UNITS)}")
         self._add_part(key, name, mapped, mapped.offset)
         if mapped.plus is not None:
             self._add_part(f"{key}.plus", name, _as_table(mapped.plus, PartSettings), 0.0)
@@ -220,7 +220,7 @@ class _Resolver:
     def add_condition(self, key: str, validity: ValiditySettings) -> None:
         message, signal = self._find(key, validity.signal)
         if signal.is_float or signal.is_signed:
-            raise self._error(key, f"{validity.signal} is no unsigned integer")
+            raise self._error(key, f"{validity.signal} is not an unsigned integer")
         accept = [validity.mask or 0] if validity.accept is None else validity.accept
         for name, numbers in (("mask", [validity.mask or 0]), ("accept", accept)):
             if max(numbers) >> signal.length:
@@ -229,17 +229,17 @@ class _Resolver:
         message.conditions.append(Condition(signal.name, validity.mask, frozenset(accept), validity.says, holds_ns))
 
     def order(self, names: Iterable[str] | None) -> tuple[DbcMessage, ...]:
-        """Return the messages of an epoch, those mapped and not held, in the order of sending where that is told."""
+        """Return the messages of an epoch, those mapped and not held, in the order of sending where that is known."""
         carrying = {name: message for name, message in self.messages.items() if message.hold is None}
         names = list(carrying if names is None else names)
         if len(set(names)) < len(names):
-            raise self._error("nav.dbc.epoch", "names a message twice")
+            raise self._error("nav.dbc.epoch", "lists a message twice")
         missing = set(carrying) - set(names)
         if missing:
-            raise self._error("nav.dbc.epoch", f"must name {', '.join(sorted(missing))} too, as it carries a signal")
+            raise self._error("nav.dbc.epoch", f"must also list {', '.join(sorted(missing))}, which carries a signal")
         epoch = tuple(self._message("nav.dbc.epoch", name) for name in names)
         if any(message.hold is not None for message in epoch):
-            raise self._error("nav.dbc.epoch", "names a message that is held (nav.dbc.held)")
+            raise self._error("nav.dbc.epoch", "lists a message that nav.dbc.held also lists")
         for message in epoch:
             message.in_epoch = True
         return epoch
@@ -250,8 +250,10 @@ class _Resolver:
             key = f"nav.dbc.held.{name}"
             message = self._message(key, name)
             if not message.readings or message.clock is not None:
-                told = "carries nav.dbc.time" if message.clock is not None else "carries no signal of nav.dbc.signals"
-                raise self._error(key, f"cannot be held, as it {told}")
+                carries = (
+                    "carries nav.dbc.time" if message.clock is not None else "carries no signal of nav.dbc.signals"
+                )
+                raise self._error(key, f"cannot be held, as it {carries}")
             message.hold = settings
         homes: dict[str, list[DbcMessage]] = {}
         for message in self.messages.values():
@@ -260,10 +262,11 @@ class _Resolver:
         for field_name, messages in homes.items():
             if len(messages) > 1 and any(message.hold is not None for message in messages):
                 raise self._error(
-                    f"nav.dbc.signals.{field_name}", "its parts are of one instant only if neither is held"
+                    f"nav.dbc.signals.{field_name}",
+                    "its two signals belong to one instant only if neither message is held",
                 )
         if held and all(message.hold is not None for message in self.messages.values()):
-            raise self._error("nav.dbc.held", "one message at least must not be held: it says when there is a pose")
+            raise self._error("nav.dbc.held", "at least one message must not be held: its arrival triggers a pose")
 
     def add_sequence(self, names: Iterable[str], epoch: tuple[DbcMessage, ...]) -> None:
         key = "nav.dbc.sequence"

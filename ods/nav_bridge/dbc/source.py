@@ -17,15 +17,15 @@ from ods.nav_bridge.settings import DbcSettings, HeldSettings, NavSettings
 from ods.nav_bridge.source import SourceHost
 
 SENDER_NS = 10 * NS
-"""A sender that is not heard for so long sends no more."""
+"""Time without a frame after which a sender counts as gone, ns."""
 
 
 class DbcSource(CanSource):
     """One INS by its DBC file and a signal map.
 
     Counts `frame_twin` (a mapped number with the other kind of identifier), `frame_short`, `frame_not_finite`,
-    `frame_other_sender` (of J1939, a second one), `epoch_invalid` (a status that must hold does not, or a signal tells
-    no measurement), and `epoch_aged` (something held is too old).
+    `frame_other_sender` (of J1939, a second one), `epoch_invalid` (a status that must hold does not, or a signal
+    reports no measurement), and `epoch_aged` (something held is too old).
     """
 
     def __init__(self, nav: NavSettings, settings: DbcSettings, host: SourceHost) -> None:
@@ -114,9 +114,9 @@ class DbcSource(CanSource):
             return None
         self._heard_ns[can_id] = item.t_ns
         unmet = [
-            f"the INS says that its {told.says} is not valid"
-            for told in message.conditions
-            if not told.met(counts[told.signal])
+            f"the INS says that its {condition.says} is not valid"
+            for condition in message.conditions
+            if not condition.met(counts[condition.signal])
         ] + message.absent(counts)
         if message.optional and unmet:
             return None
@@ -168,7 +168,7 @@ class DbcSource(CanSource):
         for can_id, (other, heard_ns) in self._others.items():
             if now_ns - heard_ns < SENDER_NS:
                 name, first = self._map.messages[can_id].layout.name, self._senders[can_id][0]
-                yield f"{name} comes of 0x{first:02X} and 0x{other:02X}: choose one by nav.dbc.source_address"
+                yield f"{name} is sent by 0x{first:02X} and 0x{other:02X}: choose one by nav.dbc.source_address"
 
     def _is_silent(self, message: DbcMessage, now_ns: int) -> bool:
         if message.optional:
@@ -176,7 +176,7 @@ class DbcSource(CanSource):
         heard_ns = self._heard_ns.get(message.can_id)
         limit_ns = self._stale_ns
         if heard_ns is not None and message.hold is not None:
-            return False  # its slot tells
+            return False  # its slot reports it
         if heard_ns is not None and not message.in_epoch:
             limit_ns = min(item.holds_ns for item in message.conditions)
         return now_ns - (self._start_ns if heard_ns is None else heard_ns) > limit_ns
@@ -188,9 +188,9 @@ class DbcSource(CanSource):
         return f"{message.label} has not come for {(now_ns - heard_ns) / NS:.1f} s"
 
     def _broken(self, now_ns: int, silent: list[DbcMessage]) -> Iterator[str]:
-        """Say why epochs do not become poses though all their messages come."""
+        """Yield why epochs do not become poses though all their messages come."""
         if now_ns - self._pose_ns > self._stale_ns and not silent:
-            yield from self._assembler.doubts()
+            yield from self._assembler.objections()
         if self._map.clock is not None and 0 < self._assembler.step_ns < self._window_ns:
             step_ms = 1e3 * self._assembler.step_ns / NS
             yield f"epochs come every {step_ms:.1f} ms: nav.dbc.window_s must be shorter"

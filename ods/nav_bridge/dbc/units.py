@@ -20,12 +20,12 @@ MEASURES: dict[str, dict[str, float]] = {
 """Unit texts, as `_plain` has them, by what they measure: each in SI units."""
 
 
-def conversion(told: str, wanted: str) -> float:
-    """Return how many `wanted` one `told` is. Raises ValueError when they do not measure the same."""
+def conversion(unit: str, wanted: str) -> float:
+    """Return how many `wanted` one `unit` is. Raises ValueError when they do not measure the same."""
     for units in MEASURES.values():
-        if wanted in units and _plain(told) in units:
-            return units[_plain(told)] / units[wanted]
-    raise ValueError(f"the DBC's unit {told!r} is not known as one of {wanted or 'a plain number'}")
+        if wanted in units and _plain(unit) in units:
+            return units[_plain(unit)] / units[wanted]
+    raise ValueError(f"the DBC's unit {unit!r} is not known as one of {wanted or 'a plain number'}")
 
 
 def _plain(text: str) -> str:

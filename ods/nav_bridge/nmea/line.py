@@ -49,5 +49,5 @@ class LineSplitter:
         return self._skipping
 
     def forget(self) -> None:
-        """Forget the line under way: the line was opened anew."""
+        """Forget the unfinished line: the connection was opened again."""
         self._rest, self._skipping = b"", False

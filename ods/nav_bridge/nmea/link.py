@@ -16,7 +16,7 @@ from ods.runtime.port.udp_port import UdpPort
 PAUSES_S = (0.1, 1.0)
 """Shortest and longest between two attempts to open it."""
 SILENCE_S = 5.0
-"""A serial server that says nothing for so long may be gone without a word."""
+"""Silence after which a serial server counts as gone, s."""
 MOST_READS = 64
 """In one go: a flood leaves time for the rest of the loop."""
 
@@ -55,19 +55,19 @@ class NmeaLink(Link[Line]):
             yield from self._splitter.feed(data, woken_ns)
 
     def problems(self) -> list[str]:
-        """Say why it is not open, or that what comes has no line ends."""
+        """Return why it is not open, or that the data have no line ends."""
         if self._port.fault:
             return [self._port.fault]
-        endless = f"what comes has no line ends: {self._look_at}"
+        endless = f"the data received have no line ends: {self._look_at}"
         return [endless] if self._splitter.endless else []
 
     def close(self) -> None:
-        """Give the line back."""
+        """Close the line."""
         self._port.close()
         self._follow()
 
     def _follow(self) -> None:
-        """Tell the owner of another descriptor."""
+        """Report another descriptor to the owner."""
         before, self._fd = self._fd, self._port.fd
         if before == self._fd:
             return

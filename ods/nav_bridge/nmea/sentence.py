@@ -50,24 +50,25 @@ class NoChecksumError(BadSentenceError):
 
 
 class NotValidError(Exception):
-    """A sentence that says of itself that it is not valid; in plain words why, where it says that."""
+    """A sentence flagged as not valid, with the reason if it gives one."""
 
 
-class Told(NamedTuple):
-    """What a sentence tells."""
+class SentenceFields(NamedTuple):
+    """Contents of a sentence."""
 
     values: dict[str, float]
     """Pose fields."""
     day_ms: float | None = None
-    """UTC, ms since midnight; None where it tells none, or none that can be."""
+    """UTC, ms since midnight; None where it has none, or an invalid one."""
     kind: str = ""
-    """Of a place or velocity that is no measured one: of `QUALITIES`, or `UNSAFE`."""
+    """Kind of a position or velocity that was not measured: of `QUALITIES`, or `UNSAFE`."""
     age_s: float = 0.0
-    """How old the values were when it was sent."""
+    """Age of the values when it was sent, s."""
     corrections_s: float = 0.0
-    """How old a fix's corrections were: its place is worse for it, but not older."""
+    """Age of a fix's corrections, s: it makes the position worse, but not older."""
     invalid: frozenset[str] | None = None
-    """Pose fields that are invalid in the sentences that follow, of a sentence of qualities; None: it is none."""
+    """Pose fields that are invalid in the sentences that follow, of a sentence of qualities; None for other
+    sentences."""
 
 
 class Sentence(NamedTuple):
@@ -120,8 +121,8 @@ def parse(line: bytes) -> Sentence:
     return Sentence(talker, name, parts)
 
 
-def read(sentence: Sentence) -> Told:
-    """Return what a sentence of READERS tells. Raises BadSentenceError and NotValidError."""
+def read(sentence: Sentence) -> SentenceFields:
+    """Return the contents of a sentence of READERS. Raises BadSentenceError and NotValidError."""
     try:
         return READERS[sentence.name](sentence.parts)
     except (IndexError, ValueError) as error:  # it has fewer or more parts than it must
@@ -142,39 +143,39 @@ def utc_of(sentence: Sentence) -> int:
     return seconds * 1_000_000_000 + round(milliseconds * 1e6)
 
 
-def _gga(parts: Sequence[str]) -> Told:
+def _gga(parts: Sequence[str]) -> SentenceFields:
     if parts[5] in ("", "0"):
         raise NotValidError("no fix")
     _expect(parts[9:10], "M")
     values = _place(parts[1:5]) | {"altitude": _number(parts[8])}
     corrections_s = abs(_number(parts[12])) if parts[12:] and parts[12] else 0.0
-    return Told(values, _day_ms(parts[0]), QUALITIES.get(parts[5], ""), corrections_s=corrections_s)
+    return SentenceFields(values, _day_ms(parts[0]), QUALITIES.get(parts[5], ""), corrections_s=corrections_s)
 
 
-def _rmc(parts: Sequence[str]) -> Told:
+def _rmc(parts: Sequence[str]) -> SentenceFields:
     mode, status = (*parts[11:13], "", "")[:2]
     if parts[1] != "A" or mode == "N":
         raise NotValidError("no fix")
     values = _place(parts[2:6])
     if parts[7] or _speed(parts[6]) <= REST_MPS:
         values |= _over_ground(parts[6], parts[7])
-    return Told(values, _day_ms(parts[0]), UNSAFE if status == "U" else MODES.get(mode, ""))
+    return SentenceFields(values, _day_ms(parts[0]), UNSAFE if status == "U" else MODES.get(mode, ""))
 
 
-def _vtg(parts: Sequence[str]) -> Told:
+def _vtg(parts: Sequence[str]) -> SentenceFields:
     mode = "".join(parts[8:9])
     if mode == "N" or not parts[4]:
         raise NotValidError("no fix")
     _expect(parts[1:2], "T")
-    return Told(_over_ground(parts[4], parts[0]), kind=MODES.get(mode, ""))
+    return SentenceFields(_over_ground(parts[4], parts[0]), kind=MODES.get(mode, ""))
 
 
-def _hdt(parts: Sequence[str]) -> Told:
+def _hdt(parts: Sequence[str]) -> SentenceFields:
     _expect(parts[1:2], "T")
-    return Told({"yaw": _angle(parts[0])})
+    return SentenceFields({"yaw": _angle(parts[0])})
 
 
-def _pashr(parts: Sequence[str]) -> Told:
+def _pashr(parts: Sequence[str]) -> SentenceFields:
     _, time, heading, true, roll, pitch, _, *accuracies = parts
     _expect([true], "T")
     values = {"roll": _angle(roll), "pitch": _angle(pitch)}
@@ -182,61 +183,67 @@ def _pashr(parts: Sequence[str]) -> Told:
         values["yaw"] = _angle(heading)
     names = "sigma_roll", "sigma_pitch", "sigma_yaw"
     values |= {name: _angle(text) for name, text in zip(names, accuracies, strict=False) if text}
-    return Told(values, _day_ms(time))
+    return SentenceFields(values, _day_ms(time))
 
 
-def _psxn(parts: Sequence[str]) -> Told:
+def _psxn(parts: Sequence[str]) -> SentenceFields:
     _, kind, *angles = parts  # the first one is what follows the maker in the name: nothing
     if kind == SEAPATH_QUALITY:
         _, _, heading, roll_and_pitch = angles[:4]
         invalid = {"yaw"} if heading == INVALID else set()
-        return Told({}, invalid=frozenset(invalid | ({"roll", "pitch"} if roll_and_pitch == INVALID else set())))
+        return SentenceFields(
+            {}, invalid=frozenset(invalid | ({"roll", "pitch"} if roll_and_pitch == INVALID else set()))
+        )
     if kind != SEAPATH_ATTITUDE:
-        return Told({})
+        return SentenceFields({})
     names = "roll", "pitch", "yaw"
-    return Told({name: _angle(text) for name, text in zip(names, angles[:3], strict=True)})
+    return SentenceFields({name: _angle(text) for name, text in zip(names, angles[:3], strict=True)})
 
 
-def _gst(parts: Sequence[str]) -> Told:
+def _gst(parts: Sequence[str]) -> SentenceFields:
     names = "sigma_north", "sigma_east", "sigma_down"
-    return Told({name: _number(part) for name, part in zip(names, parts[5:8], strict=True)}, _day_ms(parts[0]))
+    return SentenceFields(
+        {name: _number(part) for name, part in zip(names, parts[5:8], strict=True)}, _day_ms(parts[0])
+    )
 
 
-def _dpt(parts: Sequence[str]) -> Told:
+def _dpt(parts: Sequence[str]) -> SentenceFields:
     offset = _number(parts[1]) if parts[1:] and parts[1] else 0.0
     below = _number(parts[0])
-    return Told({"altitude": -below - max(offset, 0.0), "over_bottom": below})  # a negative offset is to the keel
+    return SentenceFields(
+        {"altitude": -below - max(offset, 0.0), "over_bottom": below}
+    )  # a negative offset is to the keel
 
 
-def _in_metres(parts: Sequence[str]) -> Told:
+def _in_metres(parts: Sequence[str]) -> SentenceFields:
     below = _number(parts[2])
-    return Told({"altitude": -below, "over_bottom": below})
+    return SentenceFields({"altitude": -below, "over_bottom": below})
 
 
-def _sa(parts: Sequence[str]) -> Told:
-    return Told({name: _angle(part) for name, part in zip(("pitch", "roll", "yaw"), parts, strict=True)})
+def _sa(parts: Sequence[str]) -> SentenceFields:
+    return SentenceFields({name: _angle(part) for name, part in zip(("pitch", "roll", "yaw"), parts, strict=True)})
 
 
-def _ts(parts: Sequence[str]) -> Told:
-    return Told({"altitude": -_number(parts[3])})
+def _ts(parts: Sequence[str]) -> SentenceFields:
+    return SentenceFields({"altitude": -_number(parts[3])})
 
 
-def _bd(parts: Sequence[str]) -> Told:
+def _bd(parts: Sequence[str]) -> SentenceFields:
     age_s = _number(parts[4]) if parts[4:] and parts[4] else 0.0
-    return Told({"over_bottom": _number(parts[3])}, age_s=max(age_s, 0.0))
+    return SentenceFields({"over_bottom": _number(parts[3])}, age_s=max(age_s, 0.0))
 
 
-def _bs(parts: Sequence[str]) -> Told:
+def _bs(parts: Sequence[str]) -> SentenceFields:
     starboard, forward, up = _track(parts)
-    return Told({"u": forward, "v": starboard, "w": -up})
+    return SentenceFields({"u": forward, "v": starboard, "w": -up})
 
 
-def _be(parts: Sequence[str]) -> Told:
+def _be(parts: Sequence[str]) -> SentenceFields:
     east, north, up = _track(parts)
-    return Told({"velocity_north": north, "velocity_east": east, "velocity_down": -up})
+    return SentenceFields({"velocity_north": north, "velocity_east": east, "velocity_down": -up})
 
 
-READERS: dict[str, Callable[[Sequence[str]], Told]] = {
+READERS: dict[str, Callable[[Sequence[str]], SentenceFields]] = {
     "GGA": _gga, "RMC": _rmc, "VTG": _vtg, "HDT": _hdt, PASHR: _pashr, PSXN: _psxn, "GST": _gst, "DPT": _dpt,
     "DBT": _in_metres, "DBS": _in_metres, "SA": _sa, "TS": _ts, "BS": _bs, "BE": _be, "BD": _bd,
 }  # fmt: skip
@@ -250,7 +257,7 @@ def _expect(found: Sequence[str], letter: str) -> None:
 
 def _number(text: str) -> float:
     if not text:
-        raise NotValidError("a number is left out")
+        raise NotValidError("a number is missing")
     if NUMBER.fullmatch(text) is None:
         raise BadSentenceError
     return float(text)

@@ -1,4 +1,4 @@
-"""A navigation system, or single sensors, whose sentences come on one line. It is only listened to."""
+"""A navigation system, or single sensors, whose sentences come on one line, which is receive-only."""
 
 import logging
 import math
@@ -8,11 +8,11 @@ from ods.base.clock import DAY_MS, MS, NS
 from ods.base.errors import OdsError
 from ods.messages import Pose
 from ods.nav_bridge.clocks.ins_clock import InsClock
-from ods.nav_bridge.clocks.told_utc import ToldUtc
+from ods.nav_bridge.clocks.reported_utc import ReportedUtc
 from ods.nav_bridge.held import HeldSlot, HeldValues
 from ods.nav_bridge.nmea import sentence
 from ods.nav_bridge.nmea.line import Line
-from ods.nav_bridge.nmea.sentence import BadSentenceError, NoChecksumError, NotValidError, Told
+from ods.nav_bridge.nmea.sentence import BadSentenceError, NoChecksumError, NotValidError, SentenceFields
 from ods.nav_bridge.pose_fields import ATTITUDE_SIGMAS, OPTIONAL, OVER_BOTTOM, PLACE_SIGMAS, PoseMaker
 from ods.nav_bridge.settings import NMEA_CHOICES, TALKER, HeldSettings, NavSettings, NmeaSettings
 from ods.nav_bridge.source import PoseSource, SourceHost
@@ -20,9 +20,9 @@ from ods.nav_bridge.source import PoseSource, SourceHost
 log = logging.getLogger(__name__)
 
 TALKER_NS = 10 * NS
-"""A talker not heard for so long talks no more; the slowest sentences of use come more often."""
+"""Time after which a talker counts as gone; the slowest useful sentences come more often."""
 DATE = "ZDA"
-"""Tells UTC, and nothing else is taken from it."""
+"""Carries UTC, the only value taken from it."""
 BODY, OVER_GROUND = ("u", "v", "w"), ("velocity_north", "velocity_east", "velocity_down")
 FIELDS: dict[str, tuple[str, ...]] = {
     "place": ("latitude", "longitude"),
@@ -42,11 +42,11 @@ DAMAGED = "damaged, and is dropped: its checksum or its fields are wrong"
 class NmeaSource(PoseSource[Line]):
     """Sentences to poses: one for each sentence with roll and pitch; all else is held, each with its age.
 
-    The clock of the sentence with roll and pitch, where it tells one, is mapped as any INS's; others that tell the time
+    The clock of the sentence with roll and pitch, where it has one, is mapped as any INS's; others with a time
     are placed by it, those that do not by their arrival. Counts `nmea_sentences`, `nmea_other` (of no use),
     `nmea_damaged` (checksum, or no sentence), `nmea_no_checksum`, `nmea_not_valid` (by its own word), `nmea_no_fix`
     (used, by `nav.nmea.accept`), `epoch_aged`, `epoch_untimed`,
-    `ins_clock_jumps`, `ins_clock_wild`, `nmea_talkers`, and what `ToldUtc` and `PoseMaker` do.
+    `ins_clock_jumps`, `ins_clock_wild`, `nmea_talkers`, and what `ReportedUtc` and `PoseMaker` do.
     """
 
     kind = "NMEA"
@@ -57,7 +57,7 @@ class NmeaSource(PoseSource[Line]):
         self._counters, self._utc = host.counters, host.utc
         self._accept, self._look_at = settings.accept, settings.look_at
         self._parts = _parts(settings)
-        self._talkers = {TALKER.sub("", told): told[:2] for told in self._parts.values() if TALKER.match(told)}
+        self._talkers = {TALKER.sub("", part): part[:2] for part in self._parts.values() if TALKER.match(part)}
         self._fields = _fields(self._parts)
         self._pace = TALKER.sub("", settings.attitude)
         self._slots = {
@@ -74,7 +74,7 @@ class NmeaSource(PoseSource[Line]):
             raise OdsError(f"nav.nmea: {error}") from error
         self._clock = InsClock(round(nav.clock_jump_s * NS))
         self._newest: tuple[float, int] | None = None
-        self._told_utc = ToldUtc(host.counters)
+        self._reported_utc = ReportedUtc(host.counters)
         self._heard: dict[str, dict[str, int]] = {}
         """When each sentence last came of each talker."""
         self._unreadable_ns = self._undamaged_ns = host.now_ns - NS
@@ -126,7 +126,7 @@ class NmeaSource(PoseSource[Line]):
 
     def _refuse(self, name: str, t_ns: int, why: str) -> None:
         if name == DATE:
-            self._utc.tell(None)
+            self._utc.take(None)
         elif name == self._pace:
             self._refused = t_ns, why
         else:
@@ -134,20 +134,20 @@ class NmeaSource(PoseSource[Line]):
 
     def _use(self, found: sentence.Sentence, t_ns: int) -> Pose | None:
         if found.name == DATE:
-            self._told_utc.take(sentence.utc_of(found), t_ns)
-            self._utc.tell(self._told_utc.ahead_ns)
+            self._reported_utc.take(sentence.utc_of(found), t_ns)
+            self._utc.take(self._reported_utc.ahead_ns)
             return None
-        told = sentence.read(found)
-        if told.invalid is not None:
-            self._seapath_invalid = told.invalid
-        if not told.values:
+        read = sentence.read(found)
+        if read.invalid is not None:
+            self._seapath_invalid = read.invalid
+        if not read.values:
             self._counters["nmea_other"] += 1
             return None
-        sigma_m = self._accepted(told.kind)
+        sigma_m = self._accepted(read.kind)
         wanted = self._fields[found.name]
         if found.name == sentence.PSXN and not self._seapath_invalid.isdisjoint(wanted):
-            raise NotValidError("PSXN 20 says that its data are invalid")
-        values = {name: value for name, value in told.values.items() if name in wanted}
+            raise NotValidError("PSXN 20 flags the data as invalid")
+        values = {name: value for name, value in read.values.items() if name in wanted}
         for name in ATTITUDE_SIGMAS[0]:
             if name in wanted:
                 values.setdefault(name, self._usual_sigma)
@@ -160,10 +160,10 @@ class NmeaSource(PoseSource[Line]):
         self._hear(found.name, found.talker, t_ns)
         if found.name == self._pace:
             self._refused = None
-            return self._pose(values, self._instant(told, t_ns), t_ns)
+            return self._pose(values, self._instant(read, t_ns), t_ns)
         slot = self._slots[found.name]
-        worse_m = told.corrections_s * slot.growth_m_s
-        slot.take(values, self._placed(told, t_ns) - round(told.age_s * NS), math.hypot(sigma_m, worse_m))
+        worse_m = read.corrections_s * slot.growth_m_s
+        slot.take(values, self._placed(read, t_ns) - round(read.age_s * NS), math.hypot(sigma_m, worse_m))
         return None
 
     def _accepted(self, kind: str) -> float:
@@ -174,14 +174,14 @@ class NmeaSource(PoseSource[Line]):
         if not kind:
             return 0.0
         if kind not in self._accept:
-            raise NotValidError(f"it is {kind}, which nav.nmea.accept leaves out")
+            raise NotValidError(f"it is {kind}, which nav.nmea.accept excludes")
         if not self._counters["nmea_no_fix"]:
-            log.warning("places or velocities are %s (said once, then counted as nmea_no_fix)", kind)
+            log.warning("positions or velocities are %s (logged once, then counted as nmea_no_fix)", kind)
         self._counters["nmea_no_fix"] += 1
         return 0.0 if kind == "estimated" and "accuracy" in self._parts else self._accept[kind]
 
     def _parts_of(self, name: str) -> list[str]:
-        return [part for part, told in self._parts.items() if TALKER.sub("", told) == name]
+        return [part for part, part_of in self._parts.items() if TALKER.sub("", part_of) == name]
 
     def _hear(self, name: str, talker: str, t_ns: int) -> None:
         """Take note of who talks."""
@@ -189,10 +189,10 @@ class NmeaSource(PoseSource[Line]):
         self._undamaged_ns = t_ns
         heard = self._heard.setdefault(name, {})
         heard[talker] = t_ns
-        told = _two_talkers(name, heard, t_ns)
-        if told:
+        complaint = _two_talkers(name, heard, t_ns)
+        if complaint:
             if not self._counters["nmea_talkers"]:
-                log.warning("%s (said once, then counted as nmea_talkers)", told)
+                log.warning("%s (logged once, then counted as nmea_talkers)", complaint)
             self._counters["nmea_talkers"] += 1
 
     def _pose(self, values: dict[str, float], instant_ns: int, t_ns: int) -> Pose | None:
@@ -202,23 +202,23 @@ class NmeaSource(PoseSource[Line]):
             return None
         return self._maker.make(values, instant_ns, t_ns, ages)
 
-    def _instant(self, told: Told, t_ns: int) -> int:
+    def _instant(self, read: SentenceFields, t_ns: int) -> int:
         """Return the instant of the sentence that poses keep pace with."""
-        if told.day_ms is None:
+        if read.day_ms is None:
             self._counters["epoch_untimed"] += 1
             return t_ns
-        instant_ns = self._clock.instant(told.day_ms, t_ns)
+        instant_ns = self._clock.instant(read.day_ms, t_ns)
         self._counters["ins_clock_jumps"] = self._clock.estimator.jumps
         self._counters["ins_clock_wild"] = self._clock.estimator.wild
-        self._newest = told.day_ms, instant_ns
+        self._newest = read.day_ms, instant_ns
         return instant_ns
 
-    def _placed(self, told: Told, t_ns: int) -> int:
+    def _placed(self, read: SentenceFields, t_ns: int) -> int:
         """Return the instant of another sentence, by the clock of the newest with pace."""
-        if told.day_ms is None or self._newest is None:
+        if read.day_ms is None or self._newest is None:
             return t_ns
         day_ms, instant_ns = self._newest
-        step_ms = (told.day_ms - day_ms + DAY_MS / 2) % DAY_MS - DAY_MS / 2
+        step_ms = (read.day_ms - day_ms + DAY_MS / 2) % DAY_MS - DAY_MS / 2
         return min(instant_ns + round(step_ms * MS), t_ns)
 
     def unusable(self) -> dict[str, str]:
@@ -229,9 +229,9 @@ class NmeaSource(PoseSource[Line]):
         dropped = {name: why for name, (t_ns, why) in self._dropped.items() if now_ns - t_ns < NS}
         if now_ns - self._undamaged_ns > NS:  # nothing else comes: one cause for all of them
             if len(set(dropped.values())) == 1:
-                return [f"all that is of use comes {min(dropped.values())}"]
+                return [f"all useful sentences are {min(dropped.values())}"]
             if not dropped and now_ns - self._unreadable_ns < NS:
-                return [f"what comes is no NMEA: {self._look_at}"]
+                return [f"the data received are not NMEA: {self._look_at}"]
         found = [self._maker.disbelief] if self._maker.disbelief else []
         if now_ns - self._start_ns > self._stale_ns:
             found += self._never(dropped)
@@ -240,7 +240,7 @@ class NmeaSource(PoseSource[Line]):
             found.append(f"{self._pace} comes {dropped[self._pace]}")
         elif self._refused is not None and now_ns - self._refused[0] < NS:
             why = self._refused[1]
-            found.append(f"{self._pace}: says that it is not valid" + (f" ({why})" if why else ""))
+            found.append(f"{self._pace}: flagged as not valid" + (f" ({why})" if why else ""))
         return [*found, *self._held.too_old(now_ns)]
 
     def _never(self, dropped: dict[str, str]) -> Iterator[str]:
@@ -252,24 +252,25 @@ class NmeaSource(PoseSource[Line]):
 
 
 def _two_talkers(name: str, heard: dict[str, int], now_ns: int) -> str:
-    """Say that a sentence comes of more than one talker, by when each was heard last; "" where it does not."""
+    """Return a text that a sentence comes of more than one talker, by when each was heard last; "" where it does
+    not."""
     talkers = sorted(talker for talker, t_ns in heard.items() if now_ns - t_ns <= TALKER_NS)
     if len(talkers) < 2:
         return ""
-    return f"{name} comes of {' and '.join(talkers)}: name one in nav.nmea, such as {talkers[0]}{name}"
+    return f"{name} comes from the talkers {' and '.join(talkers)}: name one in nav.nmea, such as {talkers[0]}{name}"
 
 
 def _parts(settings: NmeaSettings) -> dict[str, str]:
     """Return the sentence of each part of a pose."""
-    told = {part: getattr(settings, part) for part in NMEA_CHOICES}
-    return {part: name for part, name in told.items() if name is not None}
+    named = {part: getattr(settings, part) for part in NMEA_CHOICES}
+    return {part: name for part, name in named.items() if name is not None}
 
 
 def _fields(parts: dict[str, str]) -> dict[str, tuple[str, ...]]:
-    """Return the pose fields of each sentence by name; deviations of the angles where all are told by one."""
+    """Return the pose fields of each sentence by name; deviations of the angles where all are in one."""
     fields: dict[str, tuple[str, ...]] = {}
-    for part, told in parts.items():
-        name = TALKER.sub("", told)
+    for part, named in parts.items():
+        name = TALKER.sub("", named)
         fields[name] = fields.get(name, ()) + _fields_of(part, name)
     if parts["attitude"] == parts["heading"] == sentence.PASHR:
         fields[sentence.PASHR] += ATTITUDE_SIGMAS[0]
@@ -277,5 +278,5 @@ def _fields(parts: dict[str, str]) -> dict[str, tuple[str, ...]]:
 
 
 def _fields_of(part: str, name: str) -> tuple[str, ...]:
-    """Return the pose fields of a part that a sentence tells."""
+    """Return the pose fields of a part that a sentence carries."""
     return FIELDS.get(part, BODY if name == "BS" else OVER_GROUND)

@@ -10,7 +10,7 @@ from ods.base.arrays import Image
 from ods.compiled import native
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
-from ods.pipeline.detect.tail import TailMeter
+from ods.pipeline.detect.tail import TailQuantile
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
@@ -27,7 +27,7 @@ def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
 
     CA: M. Finn, R. S. Johnson, 1968; GOCA: V. G. Hansen, 1973; SOCA: G. V. Trunk, 1978; OS: H. Rohling, 1983.
     """
-    meter, tail = NoiseMeter(), TailMeter(params.rate)
+    meter, tail = NoiseMeter(), TailQuantile(params.rate)
     group = Grouping(params, fan)
     ratio = np.empty(fan.shape, np.float32)
     around = CfarWindow(_METHODS.index(params.method), params.guard, params.train, params.rank)
@@ -60,7 +60,7 @@ def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
 
 
 class CfarWindow(NamedTuple):
-    """The cells that tell the level around a cell, and how they tell it."""
+    """The cells that give the level around a cell, and how they are combined."""
 
     method: int
     """Place in `_METHODS`, and in cfar.c's."""

@@ -1,8 +1,8 @@
-"""How high the background's crests reach, region by region: rough bottoms peak higher than speckle of the same noise.
+"""Height of the background's crests, region by region: rough bottoms peak higher than speckle of the same noise.
 
 The image is parted into tiles, whose highest cells are maxima of many: whatever the cells' own law, such maxima follow
-an extreme-value law, of which two quantiles tell place and scale (E. J. Gumbel, Statistics of Extremes, 1958). Held
-against those of speckle that went through the same stages they tell what a level on speckle corresponds to there.
+an extreme-value law, of which two quantiles give location and scale (E. J. Gumbel, Statistics of Extremes, 1958). Held
+against those of speckle that went through the same stages they show what a level on speckle corresponds to there.
 """
 
 from collections.abc import Iterable
@@ -25,7 +25,7 @@ _REGION = 4
 _LEARNT_IMAGES = 8
 
 
-class CrestMeter:
+class LocalThreshold:
     """Measures images of one size; has their work space."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
@@ -76,7 +76,7 @@ def crest_quantiles(
 
 
 def reaching(image: Image, runs: Runs, total: int, high: float, rise: Rise) -> Mask:
-    """Tell (total,) which regions of image (beams, samples) have a cell above the high level of its place."""
+    """Return (total,) bool: regions of image (beams, samples) with a cell above the high level of its position."""
     found = np.empty(total, np.bool_)
     native.reaching(image, runs, high, rise, found)
     return found

@@ -13,7 +13,7 @@ from ods.pipeline.image.regions import Regions
 
 
 def strong_at_border(image: Image, regions: Regions, high: float, raised: float, rise: Rise) -> Mask:
-    """Tell (total,) which regions have a cell above `high` that is not in the border, or one above `raised`.
+    """Return (total,) bool: regions that have a cell above `high` that is not in the border, or one above `raised`.
 
     image: (beams, samples). Both levels rise as the low one does.
     """

@@ -1,4 +1,4 @@
-"""Which of the cells above a level belong together, and which regions of them count."""
+"""Grouping of the cells above a level into regions, and selection of the regions."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -58,7 +58,7 @@ class Grouping:
         return Regions(runs, count, background, Judged(lambda: levelled(image, rise), low, high))
 
     def _strong(self, image: Image, recorded: Recorded, regions: Regions, levels: DetectionLevels) -> Mask:
-        """Tell (total,) which regions are as strong as has to be at the border, and as recorded."""
+        """Return (total,) bool: regions strong enough at the border, and by their recorded samples."""
         params, (_, high, background, rise) = self._params, levels
         strong = np.ones(regions.total, np.bool_)
         if params.border > 1.0:

@@ -3,11 +3,11 @@
 from collections.abc import Iterable
 
 from ods.base.arrays import Image
-from ods.pipeline.detect.crests import CrestMeter, reaching
+from ods.pipeline.detect.crests import LocalThreshold, reaching
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.detect.rise import Rise
-from ods.pipeline.detect.tail import TailMeter
+from ods.pipeline.detect.tail import TailQuantile
 from ods.pipeline.fronts.windows import can_be_judged
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
@@ -51,7 +51,7 @@ def level_detector(
     rough, so that levels need not rise for them there.
     """
     (low, high), meter = levels, NoiseMeter()
-    crests, tail = CrestMeter(fan.shape), TailMeter(params.rate)
+    crests, tail = LocalThreshold(fan.shape), TailQuantile(params.rate)
     group = Grouping(params, fan)
     follow = params.follow if params.levels == "noise" else 0.0
     low_power = 0.0 if fronts and faint < follow else faint

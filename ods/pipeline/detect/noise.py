@@ -1,4 +1,4 @@
-"""What an image looks like where nothing is: its background level, and how much that fluctuates."""
+"""Background of an image: its level, and how much that fluctuates."""
 
 import numpy as np
 

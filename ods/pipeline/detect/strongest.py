@@ -18,7 +18,7 @@ def level_of_strongest(recorded: Recorded, share: float) -> float:
 
 
 def strong_as_recorded(recorded: Recorded, regions: Regions, level: float) -> Mask:
-    """Tell (total,) which regions have a recorded sample that reaches the level; all do, if that is 0 or less."""
+    """Return (total,) bool: regions with a recorded sample that reaches the level; all do, if that is 0 or less."""
     strong = np.empty(regions.total, np.bool_)
     native.strong_as_recorded(recorded, regions.runs, level, strong)
     return strong

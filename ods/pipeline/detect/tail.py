@@ -1,4 +1,4 @@
-"""How high an image peaks where nothing is: the level that a given share of the cells without echoes exceeds."""
+"""Tail of the background: the level that a given share of the cells without echoes exceeds."""
 
 from collections.abc import Iterable
 
@@ -20,18 +20,18 @@ _TAIL = np.array([0.01, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5])
 _WEIGHT = 0.4
 """each weighted by this power of the share."""
 _PARTS = 4
-"""An image's beams are looked at in turns, one part in each,"""
+"""Parts of an image's beams; each image contributes one, in turn."""
 _WHOLE = 16
-"""but all of the first so many images."""
+"""Number of images at first that contribute all of their beams."""
 _REMEMBERED = 1_500_000
-"""Cells that are remembered, to twice as many."""
+"""Least number of cells that are remembered, the most being twice as many."""
 _RENEWED = 16
-"""The level is worked out anew when so small a part of what is remembered has been added; pings over which the spread,
-which tells echoes from noise, is averaged."""
+"""The level is computed again when one part in this many of the remembered cells is new. Also the number of pings over
+which the spread, which distinguishes echoes from noise, is averaged."""
 
 
-class TailMeter:
-    """Tells levels from the bulk of the last images from one chain, by how the tail follows from the bulk.
+class TailQuantile:
+    """Derives levels from the bulk of the last images of one chain, by how the tail follows from the bulk.
 
     The logarithm of the level, in units of the background, is a linear function of the logarithms of three quantiles.
     What they stand for is no law of amplitudes: it is learnt from images of known kinds behind the same stages.

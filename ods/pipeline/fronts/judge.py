@@ -1,4 +1,4 @@
-"""How likely echoes set in as a body does."""
+"""Probability that the leading edges of echoes are an object's."""
 
 import numpy as np
 
@@ -9,10 +9,10 @@ from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image_layout import ImageLayout
 
 LEAST_FRONT = 0.12
-"""Of `Detection.front`, for faint echoes. The tracker looks at many images: one that is taken for the bottom now and
+"""Of `Detection.front`, for weak detections. The tracker sees many images: one that is taken for the bottom now and
 then costs less than a body that is never heard."""
 LEAST_TOLD = 1e-6
-"""No front is told to be less likely a body's: 0 is that it is not reported."""
+"""Least probability that is reported for a leading edge: 0 stands for an unknown one."""
 
 
 class Fronts:

@@ -18,7 +18,7 @@ WEIGHTS = Path(__file__).with_name("network.npz")
 STEPS = ((1, 2), (2, 2), (1, 2))
 """Beams and cells from one place to the next, of each convolution."""
 DB = 10.0
-"""Levels are given to it in units of so many dB."""
+"""Unit of its input levels, dB."""
 _LINE = 64
 """Bytes of a cache line."""
 

@@ -11,11 +11,11 @@ from ods.pipeline.image.fan import Fan
 from ods.pipeline.image_layout import ImageLayout
 
 CELL_M, LONGEST_CELL = 0.1, 1.34
-"""Length of a cell along the range; the samples of a cell make 0.67 to so many times that."""
+"""Length of a cell along the range; the samples of a cell make 0.67 times that to this ratio."""
 BEAMS, CELLS = 9, 48
 """Size of a window,"""
 BEFORE = 20
-"""of whose cells so many lie before the place where the echo is said to set in."""
+"""Number of its cells before the estimated start of the echo."""
 APART_RAD = np.radians((2.0 / 3.0, 2.0))
 """From one beam of a window to the next, which is the width of a beam: in between, beams of the fan are left out."""
 

@@ -1,1 +1,1 @@
-"""What travels between the stages of the chain: samples, images, regions, and the fan that they lie in."""
+"""Data between the stages of the chain: samples, images, regions, and the fan that they lie in."""

@@ -24,7 +24,7 @@ AmplitudeTable = Floats32
 
 
 class SampleScale(NamedTuple):
-    """How recorded samples become linear amplitude."""
+    """Conversion of recorded samples to linear amplitude."""
 
     scale: Scale
     """`linear`, `db` (factor decibels a unit: 20 log10 amplitude) or `log8` (value = factor log10 amplitude, the rule

@@ -1,4 +1,4 @@
-"""Where the stages of a chain write their images: two buffers that take turns."""
+"""Buffers for the images of a chain's stages: two that take turns."""
 
 import numpy as np
 

@@ -22,7 +22,7 @@ class FanTable(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Fan:
-    """Where the cells of an image lie: row b is at bearing_rad[b], column j at range_m[j]."""
+    """Positions of an image's cells: row b is at bearing_rad[b], column j at range_m[j]."""
 
     bearing_rad: Floats
     """(beams,) strictly increasing, starboard positive."""

@@ -1,4 +1,4 @@
-"""What stands in an image where no data are, so that no stage has to know of them; and noise of a count."""
+"""Values for missing data, so that no stage has to know of them; and noise of a count."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What a stage reads: an image with a gain that is still to be applied.
+"""Input of a stage: an image with a gain that is still to be applied.
 
 An image of 60 x 2000 float32 does not fit into a processor's fast cache beside another one, so writing it costs more
 than most arithmetic on it. So equalizers only say what the gain is, at each range and slowly changing from beam to

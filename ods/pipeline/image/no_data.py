@@ -1,4 +1,4 @@
-"""Samples that hold no data: what the decoder told of them, and what can be seen in the samples themselves."""
+"""Samples that hold no data: those that the decoder reported, and those recognized by their values."""
 
 import math
 
@@ -71,6 +71,6 @@ def share_of_zeros(frame: AnyArray, first: int, count: int) -> float:
 
 
 def shows_something(frame: AnyArray, first: int) -> bool:
-    """Tell an image from a drop-out, in which all samples from column `first` on are alike."""
+    """Distinguish an image from a drop-out, in which all samples from column `first` on are alike."""
     something: bool = native.shows_something(frame, first)
     return something

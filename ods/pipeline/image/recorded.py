@@ -55,6 +55,6 @@ def paint(regions: Regions, before: int, recorded: Recorded, numbers: RegionNumb
 
 
 def unpaint(numbers: RegionNumbers, gone: Mask) -> None:
-    """Take the regions that are gone, (regions,), out of (beams, samples) numbers; the others are numbered anew."""
+    """Take the regions that are gone, (regions,), out of (beams, samples) numbers; the others are renumbered."""
     stay = np.concatenate(([True], ~gone))
     numbers[:] = np.where(stay, np.cumsum(stay) - 1, 0)[numbers]

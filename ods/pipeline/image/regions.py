@@ -16,7 +16,7 @@ Runs = NDArray[np.void]
 
 
 class Judged(NamedTuple):
-    """What a detector compared with its levels."""
+    """Values that a detector compared with its levels."""
 
     image: Callable[[], Image]
     """Returns (beams, samples), the image that it got, or what it made of it; good until its next one."""
@@ -52,14 +52,14 @@ def shared_at(regions: Regions, column: int) -> tuple[Regions, Regions]:
 
 
 def chosen(regions: Regions, wanted: Mask) -> Regions:
-    """Return the wanted regions, (total,), numbered anew without a gap."""
+    """Return the wanted regions, (total,), renumbered without a gap."""
     runs, total = chosen_runs(regions.runs, wanted)
     faint = None if regions.faint is None else regions.faint[wanted]
     return Regions(runs, total, regions.background, faint=faint)
 
 
 def chosen_runs(runs: Runs, wanted: Mask) -> tuple[Runs, int]:
-    """Return the runs of the wanted regions, numbered anew without a gap, and the number of regions."""
+    """Return the runs of the wanted regions, renumbered without a gap, and the number of regions."""
     out = np.empty_like(runs)
     count = native.choose_runs(runs, wanted, out)
     return out[:count], int(np.count_nonzero(wanted))

@@ -1,4 +1,4 @@
-"""What a ping's samples are worth as levels."""
+"""Levels of a ping's samples."""
 
 import math
 

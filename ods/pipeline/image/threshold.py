@@ -1,4 +1,4 @@
-"""What a sonar leaves out that tells only samples over a threshold of its own: a clean image, but not a quiet one.
+"""Samples left out by a sonar that sends only those over a threshold of its own: a clean image, but not a quiet one.
 
 All that is below stands in the image as one and the same value, which is no level: held against it, whatever passes
 the threshold is an echo, and where it is 0 there is nothing to hold anything against. So each such sample gets what may
@@ -24,7 +24,7 @@ _LOOKED_AT = 1024
 _SHARE = 0.25
 """Of the samples that are alike and the lowest, from which on these are taken for all that is below a threshold,"""
 _STEP = 4.0
-"""if the next higher amplitude is so many times as high: counts of quiet water have neighbours."""
+"""Least ratio of the next higher amplitude for that: counts of quiet water have neighbours."""
 _BLOCK, _AROUND = 64, 4
 """Columns that have one level, and blocks to either side whose median it is."""
 
@@ -36,7 +36,7 @@ class ThresholdFiller:
         self._uniform = np.random.Generator(np.random.SFC64(2)).random(DRAWN, np.float32)
 
     def is_needed(self, recorded: Recorded, scale: SampleScale) -> bool:
-        """Tell, by some of the samples, whether most are below a threshold."""
+        """Return whether most samples are below a threshold, judged by some of them."""
         silence = 0.0 if scale.scale == "linear" else -math.inf
         lowest = np.empty(3)
         native.lowest_samples(recorded.samples, recorded.missing, silence, _LOOKED_AT, lowest)

@@ -1,7 +1,7 @@
 """Beams that say nothing of the water, whatever their samples are: saturated ones, and such as hear a source.
 
 Their samples count as missing: no level, gain or background of other beams comes from them, and no echo is found there.
-What tells a source that sounds without end (a spoke) from a beam's gain, from a body and from a loud bottom: it raises
+What distinguishes a continuous source (a spoke) from a beam's gain, from a body and from a loud bottom: it raises
 a beam over all ranges, as it is added, which shows most where the others are quiet, and new against what the beam was;
 it does so in few beams, about one.
 """
@@ -21,7 +21,7 @@ RINGS = 16
 
 
 class DeafBeams(NamedTuple):
-    """Which beams of a ping say nothing."""
+    """Beams of a ping that carry no information."""
 
     codes: Bytes
     """(beams,) uint8 as of `sight.WHYS`: 0 hears, 2 saturated, 4 a source."""

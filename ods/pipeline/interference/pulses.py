@@ -1,9 +1,10 @@
-"""Another sonar's pulses: they come in at a period of their own, whatever our pings do, and look like small bodies.
+"""Another sonar's pulses: they come in at a period of their own, whatever our pings do, and look like small objects.
 
 In time since a fixed instant they stand at even distances; from ping to ping their range then moves by a constant step
 modulo the ping period. A body stands at one range, or moves along a line. So echoes that have no forerunner where a
 body would have been are held against the pulses of one period, and where those explain several of them, and no body
-does, all that arrive at the instants to come are pulses: they are left out, and their places are told as unseen.
+does, all that arrive at the instants to come are pulses: they are left out, and their positions are reported as not
+observed.
 
 What comes once a ping at nearly our own period (within 2 %, which is 15 m/s) is on a line, too, and stays an echo.
 """
@@ -19,16 +20,16 @@ from ods.messages import Ping, UnseenPart
 from ods.pipeline.measure.echoes import EchoTable
 
 GAP_S = 3.0
-"""After a pause of so long all is forgotten."""
+"""Length of a pause, s, after which all is forgotten."""
 MARGIN_M = 0.1
 
 
 class PulseMemory(NamedTuple):
-    """What is remembered of the pings before, as pulses.c has it."""
+    """Memory of former pings, as in pulses.c."""
 
     counts: Ints
     """Of pings, trains and places."""
-    looks: Floats
+    pings: Floats
     arrivals: Floats
     trains: Floats
     """(8, 4) the first column is the period, s."""
@@ -36,7 +37,7 @@ class PulseMemory(NamedTuple):
 
 
 class Pulses(NamedTuple):
-    """What of a ping's echoes are another sonar's pulses."""
+    """Another sonar's pulses among a ping's echoes."""
 
     of_echoes: Mask
     """(echoes,)."""
@@ -49,7 +50,7 @@ class Pulses(NamedTuple):
 
 
 class PulseFinder:
-    """Looks at the echoes of ping after ping."""
+    """Examines the echoes of successive pings."""
 
     def __init__(self) -> None:
         self._memory = PulseMemory(

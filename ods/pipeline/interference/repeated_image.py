@@ -1,9 +1,9 @@
 """An image that comes again and again: the sonar hangs, and what it shows is elsewhere once the vehicle moves.
 
 The receiver's noise is another one in each ping, and so is the speckle of what the vehicle has moved past. So an image
-is told by the signs of 1024 differences between neighbouring samples: what shows nearly all of them again is the same
-image, whatever a counter or a clock in it says. It is held against those of the last pings, as a sonar may go through
-its buffers in turn.
+is recognized by the signs of 1024 differences between neighbouring samples: what shows nearly all of them again is the
+same image, whatever a counter or a clock in it says. It is held against those of the last pings, as a sonar may go
+through its buffers in turn.
 """
 
 import math
@@ -21,13 +21,12 @@ from ods.pose.turn import turn_between
 REMEMBERED = 32
 """Pings."""
 ALIKE = 0.9
-"""Correlation of the signs of two images that are the same. A scene at rest whose echoes are less than 20 dB over the
+"""Correlation of the signs of two images that are the same. A static scene whose echoes are less than 20 dB over the
 noise has less."""
 STILL_S = 1.0
-"""An image that stands still for so long is told."""
+"""Time for which an image must stay the same to be reported, s."""
 MOVED_M, TURNED_RAD = 1.0, math.radians(5.0)
-"""So far a vehicle moves, or turns, before an image that stands still is not believed any more: with a vehicle at rest
-it may be."""
+"""Distance and turn of the vehicle from which on an unchanged image is rejected: a stationary vehicle may see one."""
 _WORDS = 32
 
 
@@ -52,7 +51,7 @@ class RepeatedImage:
         self._pings = 0
         self._newest: Pose | None = None
 
-    def hear_pose(self, pose: Pose) -> None:
+    def add_pose(self, pose: Pose) -> None:
         """Take in a pose."""
         self._newest = pose
 
@@ -78,7 +77,9 @@ class RepeatedImage:
             turned = turn_between(image.pose, newest)
             if moved_m > MOVED_M or turned > TURNED_RAD:
                 motion = f"moved by {moved_m:.1f} m and turned by {math.degrees(turned):.0f} deg"
-                raise PingError(f"its image is one of before, and since then the vehicle has {motion}: the sonar hangs")
+                raise PingError(
+                    f"the image is identical to an earlier one although the vehicle has {motion}: the sonar hangs"
+                )
         return f"the image stands still, for {since_s:.1f} s" if since_s >= STILL_S else ""
 
     def _remember(self, image: _Image) -> None:

@@ -1,4 +1,4 @@
-"""Multipath: all that is heard comes once more by a longer way, over the surface say, and looks like bodies.
+"""Multipath: every echo comes a second time by a longer path, over the surface say, and looks like an object.
 
 Such an echo stands in its body's direction, fainter, and behind all bodies by the same difference of range, which stays
 while the vehicle moves. A difference that most loud bodies of most pings show is one; that of a single body may be
@@ -18,25 +18,25 @@ from ods.pipeline.image.sample_levels import db_a_count
 from ods.pipeline.measure.echoes import EchoTable
 
 STEP_M, STEPS = 0.25, 160
-"""Differences of range that are looked for: up to 40 m."""
+"""Step, m, and number of the differences of range that are tested: up to 40 m."""
 RISE_S, FALL_S, FORGET_S = 0.3, 1.0, 30.0
-"""Time constants by which the share of the pings is followed that show a difference: of one that does, which is rarely
-by chance; of one that does not, as echoes are missed; and while no body is loud enough to show one that is told."""
+"""Time constants, s, of the share of pings that show a difference: for a ping that does, which is rarely by chance; for
+one that does not, as echoes are missed; and while no object is loud enough to show one that is reported."""
 BEGIN, END = 0.5, 0.2
-"""Shares from which on a way is told, and until which."""
+"""Shares at which the report of a path begins and ends."""
 
 
 class SecondWays:
-    """Looks at the echoes of ping after ping."""
+    """Examines the echoes of successive pings."""
 
     def __init__(self) -> None:
         self._votes = np.zeros(STEPS)
-        self._told = np.zeros(STEPS, np.bool_)
+        self._reported = np.zeros(STEPS, np.bool_)
         self._weaker_db = np.zeros(STEPS)
         self._t_ns = 0
 
     def of(self, ping: Ping, echoes: EchoTable, faint: EchoTable, from_db: float) -> list[float]:
-        """Return by how much longer ways are by which bodies are heard once more, m of range.
+        """Return the excess lengths, m of range, of the paths by which objects appear a second time.
 
         from_db: from how much over the local tail on an echo is heard.
         """
@@ -44,14 +44,14 @@ class SecondWays:
         rise, fall, idle = (-math.expm1(-min(max(since_s, 0.0), 1.0) / each) for each in (RISE_S, FALL_S, FORGET_S))
         far_m = ping.range0_m + ping.samples * ping.dr_m
         most = native.vote_for_ways(
-            echoes, faint, db_a_count(ping), far_m, from_db, STEP_M, rise, fall, idle, self._told,
+            echoes, faint, db_a_count(ping), far_m, from_db, STEP_M, rise, fall, idle, self._reported,
             self._votes, self._weaker_db,
         )  # fmt: skip
         if most <= END:
-            self._told[:] = False
+            self._reported[:] = False
             return []
-        self._told = self._votes > np.where(self._told, END, BEGIN)
-        return [_middle(self._votes, run) for run in _runs(np.flatnonzero(self._told)) if run.size]
+        self._reported = self._votes > np.where(self._reported, END, BEGIN)
+        return [_middle(self._votes, run) for run in _runs(np.flatnonzero(self._reported)) if run.size]
 
 
 def _runs(steps: Indices) -> list[Indices]:

@@ -1,4 +1,4 @@
-"""What an echo shows of its body's shape (circle.h)."""
+"""The object's shape as seen in an echo (circle.h)."""
 
 from typing import NamedTuple
 

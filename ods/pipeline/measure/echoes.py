@@ -83,7 +83,7 @@ def parted(echoes: EchoTable, faint: Mask | None, wanted: Wanted) -> tuple[EchoT
 
 
 class Measured(NamedTuple):
-    """The echoes of an image, and what their standard deviations were told by."""
+    """The echoes of an image, and the features from which their standard deviations follow."""
 
     echoes: EchoTable
     features: Floats
@@ -93,7 +93,7 @@ class Measured(NamedTuple):
 
 
 def measure_echoes(image: Image, regions: Regions, recorded: Recorded, fan: Fan) -> EchoTable:
-    """Return the echoes of the regions that were found in image (beams, samples), which lies as `fan` tells.
+    """Return the echoes of the regions that were found in image (beams, samples), which has the geometry `fan`.
 
     `front` is not reported yet. Raises NotANumberError.
     """

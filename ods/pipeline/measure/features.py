@@ -1,4 +1,4 @@
-"""The numbers, without units, that tell how well an echo's circle is known.
+"""Dimensionless features that determine how well an echo's circle is known.
 
 Each is held to what echoes of bodies have: beyond, the law (laws.py) says what it says at the border.
 """
@@ -52,6 +52,6 @@ def features_of(echo: np.void, depth: Depth, shape: Shape, point_m: float, dr_m:
 
     point_m: width of a point along the line of sight; dr_m: the columns' spacing.
     """
-    told = np.empty(len(Features._fields))
-    native.features_of(np.atleast_1d(echo), np.array(depth), np.array(shape, np.float64), point_m, dr_m, told)
-    return Features(*told.tolist())
+    features = np.empty(len(Features._fields))
+    native.features_of(np.atleast_1d(echo), np.array(depth), np.array(shape, np.float64), point_m, dr_m, features)
+    return Features(*features.tolist())

@@ -1,4 +1,4 @@
-"""How sharply an echo sets in: a body's face is met at once, what shines of a rough bottom grows and fades."""
+"""Rise of an echo: short at an object's face, long at highlights of a rough bottom, which grow and fade."""
 
 from ods.base.arrays import Image
 from ods.compiled import native

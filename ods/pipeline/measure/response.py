@@ -1,4 +1,4 @@
-"""How wide a point is in an image: speckle through a filter is correlated as far as the filter and the pulse reach."""
+"""Width of a point in an image: speckle through a filter is correlated as far as the filter and the pulse reach."""
 
 from ods.base.arrays import Image
 from ods.compiled import native
@@ -14,7 +14,7 @@ def point_width(image: Image, background: float) -> float:
 
 
 def response_width(image: Image, background: float) -> float:
-    """Return the width, columns, that the filter and the pulse give a point; 0 where no speckle tells it.
+    """Return the width, columns, that the filter and the pulse give a point; 0 where no speckle shows it.
 
     Of what `point_width` counts, without what the bottom's own relief adds.
     """

@@ -1,4 +1,4 @@
-"""How well an echo's circle is known: standard deviations as fitted to known bodies' errors (sigmas.h)."""
+"""Standard deviations of an echo's circle, fitted to the errors at known objects (sigmas.h)."""
 
 from typing import NamedTuple
 
@@ -26,9 +26,9 @@ def sigmas_of(features: Features, point_m: float, beside_m: float, range_m: floa
 
     point_m: width of a point along the line of sight; beside_m: the largest across it; dr_m: the columns' spacing.
     """
-    told = np.empty(len(Sigmas._fields))
-    native.sigmas_of(np.array(features), point_m, beside_m, range_m, dr_m, LAWS, told)
-    return Sigmas(*told.tolist())
+    sigmas = np.empty(len(Sigmas._fields))
+    native.sigmas_of(np.array(features), point_m, beside_m, range_m, dr_m, LAWS, sigmas)
+    return Sigmas(*sigmas.tolist())
 
 
 def outputs_of(inputs: Features, hidden: Floats, out: Floats) -> Floats:

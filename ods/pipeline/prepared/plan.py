@@ -1,4 +1,4 @@
-"""What the geometry of a ping decides once, for all pings that share it: planes, rings of attention, sector."""
+"""All that follows from the geometry of a ping, for all pings that share it: planes, rings of attention, sector."""
 
 import math
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class PingError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What all pings of one geometry have in common."""
+    """Common data of all pings of one geometry."""
 
     settings: PipelineSettings
     """With all numbers, as they are for its range samples."""
@@ -101,7 +101,7 @@ def make_plan(ping: Ping, settings: PipelineSettings, *, over_pings: bool = Fals
 def are_alike(one: Plan, other: Plan, *, over_pings: bool = False) -> bool:
     """Return whether stages prepared for one plan will do for the other: only ranges differ, by `ALIKE` or less.
 
-    So they do where a sonar takes them from a sound speed that it measures anew for each ping. over_pings: the stages
+    So they do where a sonar takes them from a sound speed that it measures again for each ping. over_pings: the stages
     compare pings, so what lies at a column must not move.
     """
     share = 0.0 if over_pings else ALIKE
@@ -136,16 +136,17 @@ def _beam_table(values: list[float], beams: int, name: str) -> Floats:
     if len(table) != beams:
         raise PingError(f"{name} has {len(table)} entries for {beams} beams")
     if not np.all(np.abs(table) <= MAX_BEARING):  # NaN fails too
-        raise PingError(f"{name} has entries that are no angles")
+        raise PingError(f"{name} has entries that are not angles")
     return table
 
 
 def _beam_width(ping: Ping, bearing: Floats, rows: slice, settings: PipelineSettings) -> Floats:
-    """Return the (beams,) widths of one plane: as the ping tells, else as configured, else the spacing."""
+    """Return the (beams,) widths of one plane: those of the ping, otherwise the configured ones, otherwise the
+    spacing."""
     if ping.beam_width_rad:
         width = _beam_table(ping.beam_width_rad, ping.beams, "beam_width_rad")[rows]
         if np.any(width <= 0.0):
-            raise PingError("beam_width_rad has entries that are no widths")
+            raise PingError("beam_width_rad has entries that are not widths")
         return width
     configured = math.radians(settings.beam_width_deg)
     if configured > 0.0:

@@ -45,7 +45,7 @@ class Found(NamedTuple):
     faint: EchoTable
     """Too weak for the false-alarm rate wanted."""
     heard_from: float
-    """As `Regions` tells it."""
+    """As in `Regions`."""
 
 
 class Numbers(NamedTuple):

@@ -16,7 +16,7 @@ _LEARNT_IMAGES = 2
 _FIRST_IMAGES = 8
 """of speckle of one look, which comes first,"""
 _LEARNT_STEP_NS = 100_000_000
-"""so much time apart."""
+"""Time between them, ns."""
 _TEXTURES = 1 << 16
 """Values of the texture that are drawn once for each kind: a gamma variate takes as long as ten cells of speckle."""
 
@@ -50,7 +50,7 @@ def filtered_speckle(
 ) -> Iterator[Iterator[Image]]:
     """Yield for each kind of speckle what filters make of images of it, no two alike; each is soon reused.
 
-    stride: samples whose amplitudes are averaged to a cell's; cells: about so many in all;
+    stride: samples whose amplitudes are averaged to a cell's; cells: about this number in all;
     alive: is called before each image.
     """
     rng = np.random.Generator(np.random.SFC64(0))

@@ -16,7 +16,7 @@ SHAPE_SHARE = 0.25
 OUTLIERS = 0.03
 """So large a share of the pixels at either end of its ranges are not believed."""
 FEWEST_FITTED = 10
-"""Pixels that tell how round a front is."""
+"""Number of pixels that suffice to measure the curvature of a leading edge."""
 UNIFORM = 1.0 / math.sqrt(12.0)
 """Standard deviation of what is anywhere in an interval, of its width."""
 

@@ -15,9 +15,9 @@ MOST_POINTS, FEWEST_POINTS = 1024, 60
 STEEPEST = math.tan(math.radians(30.0))
 """Slope of a bottom."""
 UNDER_M = 0.2
-"""The bottom is so far under the sonar, at least."""
+"""Least depth of the bottom under the sonar, m."""
 LEAST_SHARE, MOST_BELOW = 0.3, 0.05
-"""Of the points under the sonar: so many lie in the bottom, and few under it."""
+"""Least share of the points under the sonar that lie in the bottom, and largest share below it."""
 
 
 def bottom_of(pixels: RangePixels, tolerance_m: float) -> Mask:
@@ -42,7 +42,7 @@ def bottom_of(pixels: RangePixels, tolerance_m: float) -> Mask:
 
 
 def _lies_flat(points: Floats, low: Mask) -> Mask:
-    """Tell (bearings,) where low points spread more in distance than in height: the foot of a wall does not."""
+    """Return (bearings,) bool: low points spread more in distance than in height; the foot of a wall does not."""
     away = np.hypot(points[..., 0], points[..., 1])
     return np.asarray(_spread(away, low) >= _spread(points[..., 2], low))
 

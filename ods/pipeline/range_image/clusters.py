@@ -13,7 +13,7 @@ from ods.compiled import native
 from ods.pipeline.range_image.points import RangePixels
 
 GRAZING = math.radians(10.0)
-"""A surface so far off the line of sight, or more, holds together."""
+"""Least angle of a surface to the line of sight for its points to be joined, rad."""
 
 
 def clusters_of(pixels: RangePixels, wanted: Mask, noise_m: float) -> Ints32:

@@ -1,4 +1,4 @@
-"""How far the water is clear, by direction: the nearest echo of the pixels around it."""
+"""Range of clear water by direction: the nearest echo of the pixels around it."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from ods.messages import LookedVolume
 from ods.pipeline.range_image.points import RangePixels
 
 BEARINGS, ELEVATIONS = 64, 16
-"""Cells, as far as there are so many pixels."""
+"""Most cells; fewer where there are fewer pixels."""
 
 
 def looked_of(pixels: RangePixels, believed: Mask, range_max_m: float) -> LookedVolume:

@@ -8,15 +8,15 @@ from ods.base.settings import NonNegative, PositiveInt, Settings, slider
 
 
 class RangeImageSettings(Settings, frozen=True):
-    """How range images of a 3-D sonar become detections; the stages of the chain have no part in it."""
+    """Detection in range images of a 3-D sonar, which does not use the stages of the chain."""
 
     least_pixels: Annotated[PositiveInt, slider(1, 50)] = 6
-    """Pixels that a body has at least; fewer are noise."""
+    """Least number of pixels of an object; fewer are noise."""
     noise_m: Annotated[NonNegative, slider(0.0, 1.0, step=0.01, unit="m")] = 0.1
-    """Neighbouring pixels are of one body when their ranges differ by no more than this, m, and what a surface 10
+    """Neighbouring pixels belong to one object when their ranges differ by no more than this, m, and what a surface 10
     degrees off the line of sight makes of their angle."""
     largest_m: Annotated[float, msgspec.Meta(ge=0.1, le=100.0), slider(0.2, 10.0, step=0.1, unit="m")] = 1.0
     """Largest radius of a circle, m: what is larger, as a wall or a hull, is cut into pieces in cells fixed in the
     world, so that they stay where they are as the vehicle moves along."""
     bottom_m: Annotated[NonNegative, slider(0.0, 3.0, step=0.05, unit="m")] = 0.3
-    """What lies within this of an even bottom is no body, m; 0: no bottom is looked for."""
+    """Height over an even bottom below which points do not count as an object, m; 0: no bottom is sought."""

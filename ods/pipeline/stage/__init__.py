@@ -1,1 +1,1 @@
-"""What a stage is: its register, its settings, what it is told of each ping."""
+"""Stages: their register, their settings, and the data of each ping that they get."""

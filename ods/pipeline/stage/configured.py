@@ -1,4 +1,4 @@
-"""The stages that a configuration names, with their parameters; whatever one raises is told with its name."""
+"""The stages that a configuration names, with their parameters; an error of one is reported with its name."""
 
 from typing import Any, NamedTuple
 
@@ -51,7 +51,7 @@ def configured_stages(settings: PipelineSettings) -> list[ConfiguredStage]:
         except StageError as error:
             raise StageError(f"{label}: {error}") from error
     if [entry.stage.kind == "detect" for entry in stages] != [False] * (len(stages) - 1) + [True]:
-        raise StageError("pipeline.stage: the last stage, and no other, must be one that detects")
+        raise StageError("pipeline.stage: exactly the last stage must be one that detects")
     return stages
 
 

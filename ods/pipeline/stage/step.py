@@ -1,4 +1,4 @@
-"""What a stage is once it is prepared for a geometry: the step that is called for each image.
+"""A stage prepared for a geometry: the step that is called for each image.
 
 There are four kinds of image step, by what they read and write; `AS_STEP` makes of each what the chain calls.
 """

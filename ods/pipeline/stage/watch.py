@@ -1,4 +1,4 @@
-"""What stages make of a ping, shown to whoever wants to see: for pictures. Nothing on board looks."""
+"""Intermediate images of a ping after each stage, for the workbench. Not used on board."""
 
 from collections.abc import Callable
 from typing import NamedTuple

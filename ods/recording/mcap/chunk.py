@@ -1,4 +1,4 @@
-"""What lies in the chunks of a segment: compressed records, most of them messages. Bounds for chunks that lie."""
+"""Contents of a segment's chunks: compressed records, most of them messages. Bounds for chunks that lie."""
 
 import struct
 import zlib
@@ -20,7 +20,7 @@ BAD_CHUNK = (*BAD_RECORD, zstandard.ZstdError, MemoryError)
 
 LONGEST_TOPIC = 256
 """Characters of a channel's name: a chunk of 3 kB unpacks to one of 30 MB, and all are kept while a file is read."""
-LONGEST_TOLD = 1 << 20
+LONGEST_INDEX_RECORD = 1 << 20
 """Bytes of a record of metadata or of a channel: a map of very short texts takes some fifteen times as much."""
 MOST_CHANNELS = 1000
 """Of a segment; the recorder writes as many as there are topics."""
@@ -33,10 +33,10 @@ def stream(content: bytes) -> ReadDataStream:
     return ReadDataStream(BytesIO(content))
 
 
-def told_stream(content: bytes) -> ReadDataStream:
+def bounded_stream(content: bytes) -> ReadDataStream:
     """Return a record's content of which a map is made. Raises ValueError where that would be large."""
-    if len(content) > LONGEST_TOLD:
-        raise ValueError(f"longer than {LONGEST_TOLD} bytes")
+    if len(content) > LONGEST_INDEX_RECORD:
+        raise ValueError(f"longer than {LONGEST_INDEX_RECORD} bytes")
     return stream(content)
 
 
@@ -50,7 +50,7 @@ class Channels:
     def learn(self, content: bytes) -> None:
         """Take a channel's record; of others than msgpack nothing is kept."""
         try:
-            channel = Channel.read(told_stream(content))
+            channel = Channel.read(bounded_stream(content))
         except BAD_RECORD:
             self._losses["bad_records"] += 1
             return
@@ -98,9 +98,9 @@ def unpacked(content: bytes, unzip: zstandard.ZstdDecompressor) -> bytes:
     (length,) = struct.unpack_from("<Q", content, start)
     packed = memoryview(content)[start + 8 : start + 8 + length]
     if name == b"zstd":
-        told = zstandard.frame_content_size(packed)
-        if told not in (-1, size):  # a bomb says itself how much it would take
-            raise ValueError("another size inside than outside")
+        stated = zstandard.frame_content_size(packed)
+        if stated not in (-1, size):  # a bomb says itself how much it would take
+            raise ValueError("the sizes inside and outside differ")
         records = unzip.decompress(packed, max_output_size=size)
     elif name == b"":
         records = bytes(packed)

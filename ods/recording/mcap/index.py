@@ -1,4 +1,4 @@
-"""Where the messages of a recording lie, by the heads of its records: each can then be read by itself.
+"""Index of a recording's messages, by the heads of its records: each can then be read by itself.
 
 Behind each chunk its writer lists what lies in it; only a chunk without a complete list is opened.
 So a segment that was cut off has the same index as a whole one, up to where it ends.
@@ -110,7 +110,7 @@ class _Scan:
             self._add(channel, frame.start, [_BARE])
 
     def end(self) -> None:
-        """Take the last chunk: of what is told of it some may be cut off."""
+        """Take the last chunk: its index may be truncated."""
         self._end_chunk([])
 
     def _end_chunk(self, listed: list[bytes]) -> None:
@@ -119,12 +119,12 @@ class _Scan:
         if chunk is None:
             return
         try:
-            told = dict(_entries(content, _most_in(chunk)) for content in listed)
+            places = dict(_entries(content, _most_in(chunk)) for content in listed)
         except (struct.error, ValueError):
-            told = {}
-        if not told or not told.keys() <= self._channels.topics.keys():
-            told = self._opened(chunk.start)
-        for channel, insides in told.items():
+            places = {}
+        if not places or not places.keys() <= self._channels.topics.keys():
+            places = self._opened(chunk.start)
+        for channel, insides in places.items():
             self._add(channel, chunk.start, insides)
 
     def _opened(self, start: int) -> dict[int, list[int]]:
@@ -134,11 +134,11 @@ class _Scan:
         except RecordingError:
             self._losses["bad_chunks"] += 1
             return {}
-        told: dict[int, list[int]] = {}
+        places: dict[int, list[int]] = {}
         for inside, message in sorted(self._channels.messages(records), key=lambda found: log_time(found[1])):
             channel, *_ = MESSAGE.unpack_from(message)
-            told.setdefault(channel, []).append(inside)
-        return told
+            places.setdefault(channel, []).append(inside)
+        return places
 
     def _add(self, channel: int, start: int, insides: list[int]) -> None:
         topic = self._channels.topics.get(channel)
@@ -152,13 +152,13 @@ def _entries(content: bytes, most: int) -> tuple[int, list[int]]:
     """Return a channel and the places of its messages in a chunk, in order of time. Raises struct.error, ValueError."""
     channel, length = LISTED.unpack_from(content)
     if length != len(content) - LISTED.size or length > most * ENTRY.size:
-        raise ValueError("another length than told, or more messages than the chunk can hold")
+        raise ValueError("the length differs from the stated one, or there are more messages than fit into the chunk")
     entries = sorted(ENTRY.iter_unpack(content[LISTED.size :]), key=lambda entry: entry[0])
     return channel, [min(inside, 2**62) for _, inside in entries]
 
 
 def _most_in(chunk: Frame) -> int:
-    """Return how many messages a chunk may hold, by what its head tells. Raises struct.error."""
+    """Return how many messages a chunk may hold, by its header. Raises struct.error."""
     _, _, size, *_ = CHUNK.unpack_from(chunk.content)
     return min(int(size) // (RECORD.size + MESSAGE.size), MOST_MESSAGES)
 
@@ -210,12 +210,12 @@ class Chunks:
             with opened(path) as file:
                 file.seek(start)
                 head = file.read(RECORD.size)
-                told, length = RECORD.unpack(head) if len(head) == RECORD.size else (0, 0)
-                content = file.read(length) if told == opcode and length <= LONGEST_RECORD_BYTES else b""
+                found, length = RECORD.unpack(head) if len(head) == RECORD.size else (0, 0)
+                content = file.read(length) if found == opcode and length <= LONGEST_RECORD_BYTES else b""
         except OSError as error:
             raise RecordingError(f"{path}: {error.strerror}") from error
-        if told != opcode or len(content) < length:
-            raise RecordingError(f"{path}: no longer what it was at byte {start}")
+        if found != opcode or len(content) < length:
+            raise RecordingError(f"{path}: changed at byte {start} since it was opened")
         return content
 
     def _inside(self, records: bytes, place: Place) -> bytes:
@@ -226,5 +226,7 @@ class Chunks:
         start = place.inside + RECORD.size
         if opcode != Opcode.MESSAGE or length > len(records) - start:
             path = self._segments[place.segment]
-            raise RecordingError(f"{path}: no message where its index tells one, in the chunk at byte {place.start}")
+            raise RecordingError(
+                f"{path}: the index points to a message that is not there, in the chunk at byte {place.start}"
+            )
         return records[start : start + length]

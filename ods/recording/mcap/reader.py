@@ -14,7 +14,16 @@ from mcap.records import Attachment, Header, Metadata
 
 from ods.base.files.in_file import opened
 from ods.recording.errors import RecordingError, UnreadableError
-from ods.recording.mcap.chunk import BAD_CHUNK, BAD_RECORD, Channels, log_time, stream, told_stream, unpacked, unzipper
+from ods.recording.mcap.chunk import (
+    BAD_CHUNK,
+    BAD_RECORD,
+    Channels,
+    bounded_stream,
+    log_time,
+    stream,
+    unpacked,
+    unzipper,
+)
 from ods.recording.mcap.framing import MAGIC, MB, MESSAGE, PROFILE, Frame, frames
 from ods.recording.mcap.topics import decoded
 
@@ -64,7 +73,7 @@ def open_recording(path: Path) -> "Recording":
     except OSError as error:
         raise UnreadableError(f"{path}: {error.strerror}") from error
     if not segments:
-        raise UnreadableError(f"{path}: none of its {len(paths)} files *{SUFFIX} is a recording of ods")
+        raise UnreadableError(f"{path}: none of its {len(paths)} files *{SUFFIX} is a recording of ODS")
     return Recording(segments, losses)
 
 
@@ -75,7 +84,7 @@ def _segments_in(folder: Path) -> list[Path]:
     inner = sorted({path.parent for path in folder.glob(f"*/*{SUFFIX}")})
     if len(inner) > 1:
         names = ", ".join(path.name for path in inner[-5:])
-        raise RecordingError(f"{folder}: holds {len(inner)} recordings, name one of them: {names}")
+        raise RecordingError(f"{folder}: contains {len(inner)} recordings, name one of them: {names}")
     if not inner:
         next(folder.iterdir(), None)  # an error where it may not be looked into: glob only finds nothing then
         raise UnreadableError(f"{folder}: no recording in it (no *{SUFFIX})")
@@ -83,11 +92,11 @@ def _segments_in(folder: Path) -> list[Path]:
 
 
 class Recording:
-    """What was recorded, in order of log time.
+    """Messages of a recording, in order of log time.
 
     `losses`, as far as it has been read: torn (segments cut off), overlong (records beyond all bounds), bad_chunks
-    (wrong checksum, unknown compression, too large), bad_records, unknown_channels (messages of a channel that was not
-    told, or is not msgpack), unreadable_segments, left_out (metadata and attachments beyond all bounds).
+    (wrong checksum, unknown compression, too large), bad_records, unknown_channels (messages of an undeclared
+    channel, or of one that is not msgpack), unreadable_segments, left_out (metadata and attachments beyond all bounds).
     """
 
     def __init__(self, segments: list[Path], losses: "Counter[str]") -> None:
@@ -118,8 +127,8 @@ class Recording:
                     return metadata, attachments
                 try:
                     if frame.opcode == Opcode.METADATA:
-                        told = Metadata.read(told_stream(frame.content))
-                        metadata.setdefault(told.name, told.metadata)
+                        extra = Metadata.read(bounded_stream(frame.content))
+                        metadata.setdefault(extra.name, extra.metadata)
                     else:
                         enclosed = _attachment(frame.content)
                         attachments.setdefault(enclosed.name, enclosed.data)
@@ -162,17 +171,17 @@ class _Segment:
         if frame.opcode == Opcode.CHANNEL:
             self._channels.learn(frame.content)
         elif frame.opcode == Opcode.METADATA:
-            self._be_told(frame.content)
+            self._take_metadata(frame.content)
         elif frame.opcode == Opcode.MESSAGE:
             yield from self._message(memoryview(frame.content))
         elif frame.opcode == Opcode.CHUNK:
             yield from self._chunk(frame.content)
 
-    def _be_told(self, content: bytes) -> None:
+    def _take_metadata(self, content: bytes) -> None:
         try:
-            told = Metadata.read(told_stream(content))
-            if told.name == ODS:
-                self._offset_ns = int(told.metadata["utc_offset_ns"])
+            extra = Metadata.read(bounded_stream(content))
+            if extra.name == ODS:
+                self._offset_ns = int(extra.metadata["utc_offset_ns"])
         except (*BAD_RECORD, KeyError):
             self._losses["bad_records"] += 1
 
@@ -212,9 +221,9 @@ def _check_head(path: Path) -> None:
     """Raises UnreadableError for a file that is no recording of ods; OSError."""
     with opened(path) as file:
         if file.read(len(MAGIC)) != MAGIC:
-            raise UnreadableError(f"{path}: no MCAP file")
+            raise UnreadableError(f"{path}: not an MCAP file")
         if _profile(file) != PROFILE:
-            raise UnreadableError(f"{path}: an MCAP file, but no recording of ods")
+            raise UnreadableError(f"{path}: an MCAP file, but not a recording of ODS")
 
 
 def _profile(file: BinaryIO) -> str:

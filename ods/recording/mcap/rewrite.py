@@ -1,4 +1,4 @@
-"""Completes a segment that was cut off or damaged: what can be read of it is written anew, and takes its place."""
+"""Completes a truncated or damaged segment: all that can be read of it is written to a new one, which replaces it."""
 
 import os
 from collections import Counter
@@ -41,7 +41,7 @@ def _begun(path: Path, recording: Recording) -> Segment:
     try:
         offset_ns = int(recording.metadata[ODS]["utc_offset_ns"])
     except (KeyError, ValueError) as error:
-        raise RecordingError(f"{path}: does not tell its time: nothing to be saved") from error
+        raise RecordingError(f"{path}: contains no time stamps: nothing can be repaired") from error
     part = path.with_name(f"{path.name}.new")
     part.unlink(missing_ok=True)
     return Segment(part, offset_ns, recording.metadata)

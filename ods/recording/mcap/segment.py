@@ -3,7 +3,7 @@
 Messages are appended as they come, as records of their own; `close_chunk` then puts a compressed chunk into the place
 of those since the last one. A writer that is killed leaves the last ones as they are; `ods record --finish` completes
 them for other readers.
-Places are told to each write, so that no error leaves the file in a state of which the writer does not know.
+Positions are passed to each write, so that no error leaves the file in a state of which the writer does not know.
 """
 
 import fcntl
@@ -42,7 +42,7 @@ from ods.recording.mcap.topics import MESSAGES, stamp_of
 LEVEL = 1
 """Of zstd: higher ones gain nothing on sonar images."""
 PRIVATE = 0x80
-"""First opcode that is nobody's."""
+"""First opcode that is not assigned."""
 U64, U32 = 2**64 - 1, 2**32 - 1
 
 
@@ -220,7 +220,7 @@ class Segment:
         self._waiting, self._index, self._inside = [], {}, 0
 
     def _summary(self) -> bytes:
-        """Return the end of the file; places in it are told from the file's start."""
+        """Return the end of the file; positions in it are counted from the file's start."""
         head = encoded(DataEnd(0))
         start = self.size + len(head)
         groups = {

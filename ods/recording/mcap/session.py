@@ -77,8 +77,8 @@ class Session:
         offset_ns = clock.utc_offset_ns()
         if abs(offset_ns - self._utc_ns) > STEP_NS:
             self._steps += 1
-            told = {"at_ns": str(clock.monotonic_ns()), "utc_offset_ns": str(offset_ns)}
-            self._segment.tell(f"utc step {self._steps}", told)
+            clocks = {"at_ns": str(clock.monotonic_ns()), "utc_offset_ns": str(offset_ns)}
+            self._segment.tell(f"utc step {self._steps}", clocks)
             self._utc_ns = offset_ns
         if not _is_there(self._segment):
             self.abandon()

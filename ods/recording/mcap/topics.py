@@ -1,4 +1,4 @@
-"""What may be in a recording: the topics of the bus, and what their messages are."""
+"""Possible contents of a recording: the topics of the bus, and their message types."""
 
 import msgspec
 
@@ -26,7 +26,7 @@ _STAMPS = msgspec.msgpack.Decoder(Stamp)
 def decoded(topic: str, data: bytes) -> msgspec.Struct:
     """Return a message of the bus, types and bounds checked. Raises ValueError, of which msgspec's errors are some."""
     if topic not in _DECODERS:
-        raise ValueError(f"no topic of this version: {topic!r}")
+        raise ValueError(f"not a topic of this version: {topic!r}")
     try:
         return _DECODERS[topic].decode(data)
     except RecursionError as error:
@@ -51,7 +51,7 @@ _SENDERS = msgspec.msgpack.Decoder(_Sender)
 
 
 def process_of(health: bytes) -> tuple[str, int]:
-    """Return which process tells its own health, and its id; ("", 0): no health, or told by `ods run` in its place."""
+    """Return the process that reports its own health, and its id; ("", 0): not health, or reported by `ods run`."""
     try:
         sender = _SENDERS.decode(health)
     except bus.UNDECODABLE:

@@ -1,4 +1,4 @@
-"""Who may connect: ZeroMQ's authentication protocol (ZAP, RFC 27), answered by the list of keys.
+"""Admission of clients: ZeroMQ's authentication protocol (ZAP, RFC 27), answered by the list of keys.
 
 There is no other way in: doors refuse to work without it (ZAP_ENFORCE_DOMAIN), and every mechanism but CURVE.
 """

@@ -56,7 +56,7 @@ def text_of_own(path: Path, forbidden: int) -> str:
     with os.fdopen(fd, "rb") as file:
         state = os.fstat(fd)
         if not stat.S_ISREG(state.st_mode):
-            raise KeyFileError(f"{path}: is no file")
+            raise KeyFileError(f"{path}: not a file")
         if state.st_uid not in (0, os.geteuid()):
             raise KeyFileError(f"{path}: belongs to another user")
         if state.st_mode & forbidden:
@@ -67,7 +67,7 @@ def text_of_own(path: Path, forbidden: int) -> str:
             raise ValueError(f"longer than {MOST_BYTES} bytes")
         return content.decode()
     except ValueError as error:
-        raise KeyFileError(f"{path}: is no file of keys: {error}") from None
+        raise KeyFileError(f"{path}: not a file of keys: {error}") from None
 
 
 def is_key(text: object) -> bool:
@@ -83,7 +83,7 @@ def _read(path: Path, names: tuple[str, ...]) -> dict[str, str]:
     try:
         found = tomllib.loads(text_of_own(path, 0o077))
     except tomllib.TOMLDecodeError as error:
-        raise KeyFileError(f"{path}: is no file of keys: {error}") from None
+        raise KeyFileError(f"{path}: not a file of keys: {error}") from None
     for name in names:
         if not is_key(found.get(name)):
             raise KeyFileError(f"{path}: {name}: expected a key of {KEY_CHARACTERS} characters")

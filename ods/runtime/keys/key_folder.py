@@ -69,7 +69,7 @@ class KeyFolder:
         """Allow a client that made its pair itself."""
         if not is_key(public):
             raise KeyFileError(
-                f"{public[:50]!r}: is no public key: expected 40 characters, as zmq.curve_keypair() gives"
+                f"{public[:50]!r}: not a public key: expected 40 characters, as zmq.curve_keypair() gives"
             )
         with self._changed(name) as allowed:
             self._server_or_new()
@@ -89,7 +89,7 @@ class KeyFolder:
     def _changed(self, name: str) -> Iterator[dict[str, str]]:
         """Give the list, to add a new name to it; then it is written."""
         if not NAME.fullmatch(name) or name == SERVER:
-            raise KeyFileError(f"{name}: is no name: letters, digits and ._- only, and not {SERVER}")
+            raise KeyFileError(f"{name}: not a name: use letters, digits and ._- only, and not {SERVER}")
         with self._locked():
             allowed = self.allowed()
             if name in allowed:

@@ -1,11 +1,11 @@
-"""The keys of a list as a process that asks it again and again needs them: by key, and read anew when it changes."""
+"""The keys of a list for a process that checks it often: by key, and read again when the file changes."""
 
 from ods.runtime.keys.key_files import KeyFileError
 from ods.runtime.keys.key_folder import KeyFolder
 
 
 class KeyList:
-    """Nobody is in a list that cannot be used."""
+    """A list that cannot be used counts as empty."""
 
     def __init__(self, folder: KeyFolder) -> None:
         self.names: dict[str, str] = {}
@@ -16,7 +16,7 @@ class KeyList:
         self._version: tuple[int, ...] | None = None
 
     def follow(self) -> bool:
-        """Read the list anew if it has changed; return whether it has, or cannot be used."""
+        """Read the list again if it has changed; return whether it has, or cannot be used."""
         try:
             version = self._folder.version()
             if version == self._version and not self.problem:

@@ -1,4 +1,4 @@
-"""Where a device is: a serial device, or a network address written as a URL."""
+"""Address of a device: a serial device, or a network address written as a URL."""
 
 import ipaddress
 from typing import Literal, NamedTuple

@@ -17,9 +17,9 @@ class Backoff:
         return self.delay_s(self._failures)
 
     def worked(self) -> None:
-        """Begin anew."""
+        """Start again."""
         self._failures = 0
 
     def delay_s(self, failures: int) -> float:
-        """Return how long to wait after so many failures in a row, 1 at least, s."""
+        """Return the time to wait, s, after a number of failures in a row, at least 1."""
         return min(self._longest_s, self._first_s * 2.0 ** min(failures - 1, MOST_DOUBLINGS))

@@ -19,7 +19,7 @@ class DatagramSource(NamedTuple):
     """Whose datagrams are wanted."""
 
     interface: str = ""
-    """IPv4 address of the interface of this machine that joins the group; "": the one that the routes tell."""
+    """IPv4 address of the interface of this machine that joins the group; "": the one of the routing table."""
     sender: str = ""
     """IP address; "": anybody's."""
 

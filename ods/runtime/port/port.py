@@ -1,7 +1,7 @@
 """A port that may vanish and come back: non-blocking reads and writes, and reopening as a small state machine.
 
 Closed -> (pause over) -> opening -> open -> (error, end of file, device gone, silence) -> closed. The pause doubles
-with every failure, up to a limit, until data have come. No clock and no thread: the caller tells the time and polls
+with every failure, up to a limit, until data have come. No clock and no thread: the caller passes the time and polls
 `fd`.
 """
 

@@ -15,7 +15,7 @@ CONNECT_S = 5.0
 
 
 class TcpPort(SocketPort):
-    """One connection, made anew when it is lost or says nothing for `silence_s` (0: it may be silent for ever)."""
+    """One connection, made again when it is lost or silent for `silence_s` (0: it may be silent for ever)."""
 
     def __init__(
         self,
@@ -61,7 +61,7 @@ class TcpPort(SocketPort):
     def _send(self, data: bytes) -> int:
         sent = self._connection().send(data)
         if sent < len(data):  # half a packet would spoil all that follow
-            raise PortError("the other end takes no data")
+            raise PortError("the other end accepts no data")
         return sent
 
     def _examine(self, now_ns: int) -> None:

@@ -11,7 +11,8 @@ from ods.runtime.port.socket_port import SocketPort
 
 
 class UdpPeerPort(SocketPort):
-    """A socket that hears one peer only, opened anew when that says nothing for `silence_s` (0: it may be silent)."""
+    """A socket that receives from one peer only, opened again when that is silent for `silence_s` (0: it may be
+    silent)."""
 
     def __init__(
         self,
@@ -41,7 +42,7 @@ class UdpPeerPort(SocketPort):
         return self._connection().send(data)
 
     def _examine(self, now_ns: int) -> None:
-        """Raise what the socket has to tell, such as that nobody listens there, and when the peer says nothing."""
+        """Raise the error that the socket reports, such as a closed port at the peer, or the peer's silence."""
         self._raise_error()
         if self._silence_s and now_ns - self._heard_ns > self._silence_s * NS:
             raise PortError(f"silent for {self._silence_s:g} s")

@@ -40,8 +40,8 @@ class UdpPort(SocketPort):
         return data + self.ending
 
     def _send(self, data: bytes) -> int:
-        raise PortError(f"nothing is sent here: {len(data)} bytes")
+        raise PortError(f"sending is not supported on this port: {len(data)} bytes")
 
     def _examine(self, now_ns: int) -> None:
-        """Raise what the socket has to tell."""
+        """Raise the error that the socket reports."""
         self._raise_error()

@@ -1,6 +1,6 @@
-"""Why a process ended, left in the run folder for the tracker: under systemd nobody else tells it to the planner.
+"""Reason why a process ended, left in the run folder for the tracker: under systemd nothing else reports it.
 
-The words stand in the process's lock file, which nobody else may write; they count only while the lock is free.
+The words stand in the process's lock file, which no other process may write; they count only while the lock is free.
 """
 
 import contextlib

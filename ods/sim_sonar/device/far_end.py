@@ -11,13 +11,13 @@ class FarEnd(Protocol):
 
     @property
     def controls(self) -> object:
-        """What has been asked for; images are made anew when it is another."""
+        """What has been asked for; images are made again when it changes."""
 
     def listen(self, device_ns: int) -> None:
-        """Read and answer requests, tell of itself; `device_ns`: UTC by the sonar's clock. Called once a ping."""
+        """Read and answer requests, announce itself; `device_ns`: UTC by the sonar's clock. Called once a ping."""
 
     def images(self) -> ImageSimulator:
-        """Return the images that have been asked for, tables made anew (some 50 ms)."""
+        """Return the images that have been asked for, with new tables (some 50 ms)."""
 
     def period_s(self, sonar: SonarModel) -> float:
         """Return the time from ping to ping."""

@@ -26,7 +26,7 @@ log = logging.getLogger(__name__)
 
 LEAST_PATIENCE_S = 0.12
 PATIENCE_OF_PERIOD = 0.8
-"""The reader of a telegram may take so long, s, or this share of the time between two pings if that is more. A line
+"""Time that the reader of a telegram may take, s, or this share of the time between two pings if that is more. A line
 would not wait, but its driver holds five pings."""
 
 
@@ -198,7 +198,7 @@ class LiveIns:
         if not self._mission.faulty("ins_silent", now):
             device_utc_ns = now + self._mission.utc_offset_ns + self._offset_ns
             beyond_ms = device_utc_ns % clock.MS  # TIME_OF_DAY holds whole milliseconds
-            place, attitude, velocity_body = self._place.told(self._scene, self._mission.seconds(now - beyond_ms))
+            place, attitude, velocity_body = self._place.reported(self._scene, self._mission.seconds(now - beyond_ms))
             over_bottom_m = self._over_bottom(place)
             if self._mission.faulty("ins_steps", now):
                 place = place + INS_STEP_M

@@ -53,8 +53,8 @@ class VehicleNode(CanopenNode):
 class LiveVehicle:
     """Moves the vehicle in real time, from mission time 0 on.
 
-    Its state is known some time ahead, as images are made before their echoes are in: a set point acts so much later,
-    as if the autopilot took that time.
+    Its state is known some time ahead, as images are made before their echoes are in: a set point acts later by that
+    time, as if the autopilot took that time.
     """
 
     def __init__(self, vehicle: Steered, node: VehicleNode, mission: Mission, ping_period_s: float) -> None:

@@ -18,7 +18,7 @@ from ods.sim_sonar.pose import Times, VehiclePose
 def as_heard(
     objects: Bodies, t_s: float, sent: VehiclePose, sound_speed: float, pose_at: Callable[[Times], VehiclePose]
 ) -> Bodies:
-    """Return the bodies, NED, of which a vehicle at rest in the pose `sent` has the same echoes.
+    """Return the bodies, NED, of which a stationary vehicle in the pose `sent` has the same echoes.
 
     `objects`: as they are, NED; `sent`: the pose at scene time `t_s`; `sound_speed`: m/s; `pose_at`: the poses at scene
     times (...). An object is heard as a whole, at the reception of what comes from its middle (see bodies.middles).

@@ -20,7 +20,7 @@ SHADE = np.dtype(
         ("which", np.int64),
     ]
 )
-"""What the rays of one bearing that have met an object tell: least and greatest bearing, sines of least and greatest
+"""What the rays of one bearing that have met an object: least and greatest bearing, sines of least and greatest
 elevation, range, the object's number."""
 Shades = NDArray[np.void]
 """(n,) of SHADE."""

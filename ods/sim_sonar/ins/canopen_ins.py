@@ -51,7 +51,7 @@ class SimulatedIns(CanopenNode):
         `t_device_utc_ns`: the INS's own clock, whole milliseconds (the protocol cuts off the rest). `position_ned` (3,)
         m, `attitude` (4,) quaternion body to north, east, down where it is, `velocity_body` (3,)
         FRD m/s.
-        `over_bottom`: height over the bottom, m, None where it has none; told if the EDS has 0x2014.
+        `over_bottom`: height over the bottom, m, None where it has none; sent if the EDS has 0x2014.
         `only`: numbers, from 1, of the PDOs to send, for an INS that fails in mid-epoch.
         """
         for _ in self.receive():
@@ -102,12 +102,12 @@ def _objects(
     """Return physical values by object index and sub-index of config/ins.eds."""
     sigma_north, sigma_east, sigma_down = np.asarray(sigmas.position, np.float64).tolist()
     sigma_roll, sigma_pitch, sigma_yaw = np.asarray(sigmas.attitude, np.float64).tolist()
-    told = [max(sigma_north, sigma_east), sigma_down, max(sigma_roll, sigma_pitch), sigma_yaw]
+    deviations = [max(sigma_north, sigma_east), sigma_down, max(sigma_roll, sigma_pitch), sigma_yaw]
     records: dict[int, list[float]] = {
         0x2010: np.asarray(position, np.float64).tolist(),
         0x2011: [float(angle) for angle in euler_from_quat(attitude)],
         0x2012: np.asarray(velocity, np.float64).tolist(),
-        0x2013: told,
+        0x2013: deviations,
     }
     return {(index, sub): value for index, values in records.items() for sub, value in enumerate(values, 1)}
 

@@ -28,7 +28,7 @@ class CanEnd(Protocol):
 
 
 class SharedEnd:
-    """One device's share of a bus end that several have; each hears all that comes, nobody what another one sends."""
+    """One device's share of a bus end that several have; each receives all that comes, none what another one sends."""
 
     def __init__(self, bus: CanEnd, lock: threading.Lock, all_waiting: list[deque[can.Message]]) -> None:
         self._bus, self._lock, self._all_waiting = bus, lock, all_waiting

@@ -16,9 +16,9 @@ from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS, Sigmas
 PORT = "ins"
 """Name of the simulated device in the run folder."""
 EVERY = {"PASHR": 1, "GGA": 10, "GST": 10, "TS": 5, "BS": 5, "BD": 5, "ZDA": 100}
-"""Each sentence comes at one instant in so many."""
+"""Number of instants for each of which a sentence comes once."""
 METRE = 1000.0
-"""PD6 tells velocities in mm/s."""
+"""PD6 has velocities in mm/s."""
 
 
 class SimulatedNmeaIns:
@@ -57,7 +57,7 @@ class SimulatedNmeaIns:
         forward, starboard, down = (round(METRE * part) for part in np.asarray(velocity_body, np.float64).tolist())
         north, east, vertical = np.asarray(sigmas.position, np.float64).tolist()
         spread = ",".join(f"{part:.4f}" for part in np.degrees(sigmas.attitude))
-        told = {
+        sentences = {
             "PASHR": f"$PASHR,{time},{yaw % 360.0:.4f},T,{roll:+.4f},{pitch:+.4f},,{spread},1,1",
             "GGA": f"$INGGA,{time},{place},6,10,1.0,{height:.3f},M,0.0,M,,",
             "GST": f"$INGST,{time},1.0,,,,{north:.2f},{east:.2f},{vertical:.2f}",
@@ -66,7 +66,7 @@ class SimulatedNmeaIns:
             "BS": f":BS,{starboard:+6d},{forward:+6d},{-down:+6d},A",
             "BD": f":BD,,,,{over_bottom or 0.0:.2f},0.2",
         }
-        self._write([_ended(told[name]) for name in due])
+        self._write([_ended(sentences[name]) for name in due])
 
 
 def _minutes(degrees: float, digits: int, both: str) -> str:

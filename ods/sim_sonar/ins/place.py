@@ -22,8 +22,8 @@ class InsPlace(NamedTuple):
     lever_m: Vector3 = (0.0, 0.0, 0.0)
     """Its reference point, forward, starboard, down of the vehicle's origin, m."""
 
-    def told(self, scene: Scene, t_s: float) -> tuple[Floats, Quaternion, Floats]:
-        """Return what it tells: its place (3,) NED in the scene, attitude there, and velocity (3,) along body axes.
+    def reported(self, scene: Scene, t_s: float) -> tuple[Floats, Quaternion, Floats]:
+        """Return the reported position (3,) NED in the scene, attitude there, and velocity (3,) along body axes.
 
         The attitude is from true north, and from the level, where it is.
         """

@@ -13,7 +13,7 @@ class Sigmas(NamedTuple):
     attitude: ArrayLike = (0.002, 0.002, 0.005)
     """(3,) roll, pitch, yaw, rad."""
     over_bottom: float = 0.1
-    """Of the height over the bottom, m: the only one that is in what is told as noise, too."""
+    """Of the height over the bottom, m: the only one that is also added to the reported value as noise."""
 
 
 USUAL_SIGMAS = Sigmas()

@@ -47,7 +47,7 @@ class _Arc(Settings, frozen=True, kw_only=True):
     """An arc of constant range."""
 
     range_m: Positive | None = None
-    """Middle of the arc; none: anywhere, drawn anew for each ping."""
+    """Middle of the arc; none: anywhere, drawn again for each ping."""
     width_m: Positive = 0.5
     """Extent in range, m."""
     chance: Fraction = 1.0

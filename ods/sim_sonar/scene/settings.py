@@ -149,5 +149,5 @@ class SceneFile(Settings, frozen=True, kw_only=True):
         seen: set[str] = set()
         for item in self.objects:
             if item.name in seen:
-                raise ValueError(f"objects: two objects are called {item.name!r}")
+                raise ValueError(f"objects: two objects have the name {item.name!r}")
             seen.add(item.name)

@@ -62,7 +62,7 @@ class Scene:
     def __init__(
         self, file: SceneFile, mounting: MountingSettings | None = None, vehicle: Moving | None = None
     ) -> None:
-        """`mounting`: the sonar's, where the scene tells none; `vehicle`: one that goes its own way, not the scene's.
+        """`mounting`: the sonar's, where the scene has none; `vehicle`: one that goes its own way, not the scene's.
 
         Where such a one goes is not known before, and not checked.
         """

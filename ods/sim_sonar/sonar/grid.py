@@ -33,7 +33,7 @@ class Grid(NamedTuple):
     nodes_per_width: int
     """Nodes of `horizontal` in one beam width."""
     lit_beyond_rad: float
-    """Fine columns reach so far beyond the outer beams: there only side lobes hear what is further aside."""
+    """Angle of fine columns beyond the outer beams: only side lobes receive echoes from farther out."""
 
 
 def grid_of(sonar: SonarModel) -> Grid:

@@ -78,7 +78,7 @@ class ArisDecoder(Decoder):
             raise PingFileError(f"{path}: the first frame header is corrupt")
         offsets, losses = _whole_frames(data, first)
         if not offsets:
-            raise PingFileError(f"{path}: no whole frame in it")
+            raise PingFileError(f"{path}: no complete frame in it")
         return PingSequence(LazyPings(len(offsets), lambda index: _ping(data, offsets[index], index)), losses=losses)
 
 

@@ -73,7 +73,7 @@ class AviFrames:
 
 
 class _Pass:
-    """One pass over a clip; to go back is another one, as FFmpeg tells a palette only once."""
+    """One pass over a clip; to go back is another one, as FFmpeg reports a palette only once."""
 
     def __init__(self, path: Path, shape: tuple[int, int]) -> None:
         self.image: Bytes = np.zeros(shape, np.uint8)
@@ -112,7 +112,7 @@ def _open(path: Path) -> "InputContainer":
     try:
         import av
     except ImportError:
-        raise PingFileError(f"{path}: clips are decoded by PyAV: pip install 'ods[clips]'") from None
+        raise PingFileError(f"{path}: decoding clips needs PyAV: pip install 'ods[clips]'") from None
     try:
         container = av.open(f"file:{path}", format="avi")
     except (OSError, av.FFmpegError) as error:

@@ -16,7 +16,7 @@ from ods.sonar_link.files.ping_sequence import PingSequence
 PLUGINS = PluginGroup("recordings.plugins", "ods.recordings")
 """Where decoders of the user's own are named."""
 START_BYTES = 16
-"""How much of a file's beginning tells its format."""
+"""Number of bytes at a file's beginning that show its format."""
 
 
 class Decoder(ABC):
@@ -27,7 +27,7 @@ class Decoder(ABC):
     signature: ClassVar[tuple[tuple[int, bytes], ...]]
     """Parts that every such file has within its first START_BYTES: where each stands, and its bytes. One at least."""
     suffix: ClassVar[str | None] = None
-    """Lower case; files that bear nobody's signature are taken for this format when their names end so. None: never."""
+    """Lower case; files without any known signature are taken for this format by this ending. None: never."""
 
     def recognizes(self, start: bytes) -> bool:
         """Return whether a file that begins with these START_BYTES is of this format."""

@@ -1,4 +1,4 @@
-"""Clips of fan images, as DIDSON's software exports them, read as pings: the fan's geometry must be told."""
+"""Clips of fan images, as DIDSON's software exports them, read as pings: the fan's geometry must be given."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -63,13 +63,13 @@ class FanClipDecoder(Decoder):
     def read(self, path: Path) -> PingSequence:
         """Read a clip. Raises PingFileError."""
         if self._fan is None:
-            raise PingFileError(f"{path}: a clip of images, whose fan geometry must be given (--fan)")
+            raise PingFileError(f"{path}: a clip of images needs its fan geometry (--fan)")
         frames = AviFrames(path)
         rows, columns = _places(self._fan)
         inside = _inside(rows, columns, frames.shape)
         if not inside.any():
             height, width = frames.shape
-            raise PingFileError(f"{path}: the fan lies outside of the image of {width} x {height} pixels")
+            raise PingFileError(f"{path}: the fan lies outside the image of {width} x {height} pixels")
         try:
             geometry = _geometry(self._fan)
         except ValueError as error:

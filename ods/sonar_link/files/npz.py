@@ -106,7 +106,7 @@ def _no_data(arrays: Arrays, shape: tuple[int, ...]) -> dict[int, Runs]:
         return {}
     rows = _numbers(arrays, "no_data", 2)
     if rows.shape[1] != 4 or not np.all((rows >= 0.0) & (rows <= [shape[0] - 1, shape[1] - 1, shape[2] - 1, shape[2]])):
-        raise ValueError("no_data: must be rows of ping, beam, first and stop that the frames have")
+        raise ValueError("no_data: must be rows of ping, beam, first and stop within the frames")
     runs: defaultdict[int, Runs] = defaultdict(list)
     for index, beam, first, stop in rows.astype(np.int64).tolist():
         runs[index].append((beam, first, stop))
@@ -144,7 +144,7 @@ def _poses(arrays: Arrays, count: int) -> tuple[Floats | None, Floats | None]:
     if position.shape != (count, 3) or not np.isfinite(position).all():
         raise ValueError(f"pos_ned: must be {count} x 3 finite numbers")
     if (np.abs(position) > FARTHEST_M).any():
-        raise ValueError(f"pos_ned: a place is farther than {FARTHEST_M:g} m from the origin")
+        raise ValueError(f"pos_ned: a position is farther than {FARTHEST_M:g} m from the origin")
     attitude = np.clip(attitude, -2.0, 2.0)  # or the norm of absurd ones overflows
     norm = np.linalg.norm(attitude, axis=-1, keepdims=True)
     if attitude.shape != (count, 4) or not np.all(np.abs(norm - 1.0) < 1e-3):

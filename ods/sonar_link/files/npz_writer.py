@@ -31,7 +31,7 @@ def write_ping_file(
     if not pings:
         raise ValueError("no ping to write")
     if any(ping.range_grid is not None for ping in pings):
-        raise ValueError("range images are not kept in .npz")
+        raise ValueError(".npz cannot hold range images")
     if any(getattr(ping, name) != getattr(pings[0], name) for ping in pings for name in COMMON):
         raise ValueError("the pings differ in geometry: one .npz holds one geometry")
     arrays = _geometry_arrays(pings[0])

@@ -60,14 +60,14 @@ class OculusLogDecoder(Decoder):
         """Read a log. Raises PingFileError."""
         data = memory_map(path)
         if len(data) < FILE_HEAD.size or data[: len(FILE_MARK)] != FILE_MARK:
-            raise PingFileError(f"{path}: no log of Oculus ViewPoint")
+            raise PingFileError(f"{path}: not a log of Oculus ViewPoint")
         _, head_bytes, _, _, encryption, _, _ = FILE_HEAD.unpack_from(data)
         if encryption:
             raise PingFileError(f"{path}: it is encrypted")
         losses: Counter[str] = Counter()
         found = [item for item in _items(data, max(head_bytes, FILE_HEAD.size), losses) if _is_ping(data, item, losses)]
         if not found:
-            raise PingFileError(f"{path}: no whole simple ping result in it")
+            raise PingFileError(f"{path}: no complete simple ping result in it")
         return PingSequence(LazyPings(len(found), lambda index: _ping(data, found[index], index)), losses=losses)
 
 
@@ -114,16 +114,16 @@ def _is_ping(data: mmap, item: _Item, losses: Counter[str]) -> bool:
 def _message(data: mmap, item: _Item) -> bytes:
     """Return the message in an item of the sonar. Raises ValueError, zlib.error where there is none."""
     if item.size > MAX_PACKET_BYTES or item.compression not in (PLAIN, PACKED):
-        raise ValueError("longer than any message, or packed in another way")
+        raise ValueError("too long for a message, or of unknown compression")
     content = data[item.start : item.start + item.size]
     if item.compression == PACKED:
         unzip = zlib.decompressobj()
         content = unzip.decompress(content[QT_SIZE_BYTES:], MAX_PACKET_BYTES)
         if not unzip.eof:
-            raise ValueError("unpacks to more than any message, or is cut off")
+            raise ValueError("unpacks to more than a message can hold, or is truncated")
     fault = fault_of(content)
     if fault != "" or messages.unpack_header(content).size > len(content):
-        raise ValueError(fault or "cut off")
+        raise ValueError(fault or "truncated")
     return content
 
 

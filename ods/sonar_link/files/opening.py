@@ -1,4 +1,5 @@
-"""Opens any recording of pings: the decoder is chosen by what the file holds, its suffix only decides in doubt.
+"""Opens any recording of pings: the decoder is chosen by what the file holds, its suffix decides only where that is
+ambiguous.
 
 Those of the user's own, as far as their plug-ins are loaded, go before those that come with ODS.
 """

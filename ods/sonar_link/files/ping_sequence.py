@@ -11,7 +11,7 @@ from ods.messages import Ping
 from ods.sonar_link.ping_builder import Geometry, Runs, Stamp, build_ping
 
 FARTHEST_M = 1e7
-"""From an origin on the earth, as it is no larger; what is told to be farther is no place."""
+"""From an origin on the earth, as it is no larger; a position farther away is invalid."""
 
 
 class PingFileError(OdsError):
@@ -41,7 +41,7 @@ def recorded_ping(
     ping_number: int | None = None,
     no_data: Runs | None = None,
 ) -> Ping:
-    """Return one ping of a file that tells one time a ping, and perhaps the sonar's own number of it.
+    """Return one ping of a file with one time a ping, and perhaps the sonar's own number of it.
 
     no_data: see `build_ping`. Raises ValueError when the (beams, samples) frame does not fit the geometry.
     """

@@ -1,4 +1,4 @@
-"""What a Norbit is told on its command port, one line after another, and what it answers. Pure: the caller tells the
+"""Commands to a Norbit's command port, one line after another, and its answers. Pure: the caller passes the
 time.
 
 The sonar wants its answer awaited before the next command. An answer is a line that repeats the command and the values
@@ -70,9 +70,9 @@ class CommandControl:
         self.begin(now_ns)
 
     def begin(self, now_ns: int) -> None:
-        """Send all commands, from the first on; what was answered before holds until it is answered anew.
+        """Send all commands, from the first on; former answers hold until there are new ones.
 
-        One that waits for its very first answer goes on waiting: the stream of a silent sonar is made anew again and
+        One that waits for its very first answer goes on waiting: the stream of a silent sonar is made again and
         again.
         """
         if self._tried and not self.answered:
@@ -107,9 +107,9 @@ class CommandControl:
                 self._take(line, now_ns)
 
     def problems(self) -> list[str]:
-        """Say in plain words what the sonar did not take; nothing of commands that are still to be answered."""
+        """Return, as text, what the sonar did not take; nothing of commands that are still to be answered."""
         if self._answers and not self.answered:
-            return ["the sonar answers no command: is the command port that of a WBMS?"]
+            return ["the sonar answers no command: is `command_port` that of a WBMS?"]
         return [text for command in self._commands if (text := self._objection(command))]
 
     @property
@@ -141,7 +141,7 @@ class CommandControl:
             return f"the sonar did not answer {command.words}"
         if command.name in ABOUT or len(answer) < len(command.values) or _alike(command.values, answer):
             return ""
-        return f"the sonar did not take {command.words}: it says {' '.join(f'{value:g}' for value in answer)}"
+        return f"the sonar did not accept {command.words}: it reports {' '.join(f'{value:g}' for value in answer)}"
 
 
 def _alike(wanted: tuple[float, ...], answer: tuple[float, ...]) -> bool:

@@ -19,7 +19,8 @@ _KNOWN_HEAD = re.compile(
 
 
 def fault_of(data: Buffer, at: int = 0, max_bytes: int = MAX_PACKET_BYTES) -> str | None:
-    """Say why the bytes from `at` on are no packet; '' when they are, or its beginning; None when too few tell."""
+    """Return why the bytes from `at` on are no packet; '' when they are, or its beginning; None when there are too
+    few."""
     there = len(data) - at
     if there < HEADER_BYTES:
         return None
@@ -41,7 +42,7 @@ class Framer(SyncFramer[Header]):
     """Finds Norbit packets; where most of a stream are false headers, fewer of them in small chunks than in large ones.
 
     Counts besides, of headers that are not believed: overlong_record, short_record, bad_ping, bad_checksum, and
-    nested_record (without a checksum, the start of another packet of the kind in it tells that its own end was lost).
+    nested_record (without a checksum, the start of another packet of the kind in it shows that its own end was lost).
     """
 
     sync, known_head, head_bytes, header_bytes = PREAMBLE, _KNOWN_HEAD, len(PREAMBLE) + KIND_BYTES, HEADER_BYTES

@@ -35,13 +35,13 @@ def amplitudes_of(head: ImageHead, data: Buffer, at: int = 0) -> AnyArray:
     """Return the (beams, samples) amplitudes: uint8, uint16 and float32 as sent, short signed ones as unsigned, others
     as float32; below 0 is 0 there. Beams run to starboard, as the bearings of `geometry_of` do.
 
-    Raises ValueError when all samples are from before transmission.
+    Raises ValueError when all samples precede the transmission.
     """
     dtype = SAMPLE_TYPES[head.sample_type]
     lines = np.frombuffer(data, dtype, head.beams * head.samples, at + IMAGE_AT).reshape(head.samples, head.beams)
     lines = lines[max(-head.first_sample, 0) :]
     if not lines.size:
-        raise ValueError("all samples are from before transmission")
+        raise ValueError("all samples precede the transmission")
     if dtype not in PLAIN:
         lines = np.maximum(lines, 0).astype(UNSIGNED.get(dtype, "<f4"))
     start = at + head.directions_at

@@ -115,7 +115,7 @@ class ImageHead(NamedTuple):
 
     @property
     def frequency_hz(self) -> float:
-        """Carrier frequency, 0 when what is told is none."""
+        """Carrier frequency, 0 when the packet's is invalid."""
         if not 0.0 < self.frequency < 1e7:  # false for NaN too
             return 0.0
         return self.frequency if self.frequency > LEAST_HZ else 1e3 * self.frequency
@@ -133,7 +133,7 @@ def decode_image_head(data: Buffer, at: int = 0) -> ImageHead:
 
 
 def fits(head: ImageHead, size: int) -> bool:
-    """Return whether an image can be true of a packet of so many bytes."""
+    """Return whether an image fits a packet of this number of bytes."""
     return (
         1 <= head.beams <= MAX_BEAMS
         and 1 <= head.samples <= MAX_SAMPLES
@@ -144,5 +144,5 @@ def fits(head: ImageHead, size: int) -> bool:
 
 
 def is_sound(data: memoryview, header: Header) -> bool:
-    """Return whether a whole packet has its checksum, or none is told."""
+    """Return whether a whole packet has its checksum, or none is stated."""
     return header.checksum in (0, zlib.crc32(data[HEADER_BYTES : header.size]))

@@ -1,4 +1,4 @@
-"""The Norbit behind the seam: packets to pings, commands out at a port of their own, what they tell. Sans-IO."""
+"""The Norbit behind the seam: packets to pings, commands out at a port of their own, and their answers. Sans-IO."""
 
 from collections import Counter
 
@@ -23,7 +23,7 @@ from ods.sonar_link.sync_framer import Packet
 MAX_TIME_S = 1e10
 """A time beyond it is none."""
 GRACE_NS = 5 * NS
-"""So long a sonar that is asked to ping may stay silent: its commands take their time."""
+"""Time for which a sonar that is asked to ping may stay silent: its commands take a while."""
 MODE_NAMES = {
     0: "forward", 1: "bathymetry", 2: "bathymetry by amplitude", 4: "pass-through", 5: "edge enhance",
     6: "super resolution", 7: "multi-detect",
@@ -78,12 +78,12 @@ class NorbitProtocol(SonarProtocol):
         return self._framer.missing_bytes
 
     def connected(self, now_ns: int) -> None:
-        """Tell the sonar everything again: it may have been switched off and on."""
+        """Send the sonar all settings again: it may have been switched off and on."""
         self._connected = True
         self._control.begin(now_ns)
 
     def commands_open(self, now_ns: int) -> None:
-        """Tell the sonar everything."""
+        """Send the sonar all settings."""
         self._commanded = True
         self._control.connected(now_ns)
 
@@ -119,25 +119,27 @@ class NorbitProtocol(SonarProtocol):
         return self._take(self._framer.flush())
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say why no image comes, or that the images are of another mode.
+        """Return why no image comes, or that the images are of another mode.
 
-        What the sonar answers otherwise than wanted is counted and logged: each packet tells what its image is of.
+        Answers that differ from the wanted settings are counted and logged: each packet describes its own image.
         """
         if self._newest_ns is not None and now_ns - self._newest_ns > GRACE_NS:
             return [silence.why(self._evidence())]
         if self._mode == FORWARD:
             return []
         name = MODE_NAMES.get(self._mode, "unknown")
-        return [f"the sonar works in mode {self._mode} ({name}), not {FORWARD} (forward): another program's?"]
+        return [
+            f"the sonar works in mode {self._mode} ({name}), not {FORWARD} (forward): does another program control it?"
+        ]
 
     def traffic(self, seconds: float) -> str:
-        """Say which packets came."""
+        """Return which packets came."""
         return ", ".join(
             f"{KIND_NAMES[PacketKind(kind)]} at {count / seconds:.1f} Hz" for kind, count in sorted(self._kinds.items())
         )
 
     def diagnosis(self, _seconds: float) -> str:
-        """Say why no ping came."""
+        """Return why no ping came."""
         return silence.why(self._evidence())
 
     def _evidence(self) -> Evidence:
@@ -189,7 +191,7 @@ class NorbitProtocol(SonarProtocol):
         return msgspec.structs.replace(ping, t_ns=sent_ns, setting=setting_of(head))
 
     def _sent_ns(self, time_s: float, first_ns: int, listening: int) -> int:
-        """Return the time of transmission: the packet left the sonar so long after it at the earliest."""
+        """Return the time of transmission: the packet left the sonar at the earliest this time after it."""
         delay_ns = listening + self._latency_ns
         if not 0.0 < time_s < MAX_TIME_S:  # false for NaN too
             self.counters["no_device_time"] += 1

@@ -1,8 +1,8 @@
-"""When the fire message is sent, and what the pings say of it. Pure: the caller tells the time.
+"""When the fire message is sent, and what the pings say of it. Pure: the caller passes the time.
 
-An Oculus pings by itself, as its last fire message told it. Each ping result repeats that message, but for the ping
+An Oculus pings by itself, as its last fire message requested. Each ping result repeats that message, but for the ping
 rate. So the message is sent when a connection is made, and again, every REPEAT_S, as long as no ping comes (the sonar
-may be in standby) or the pings tell other settings; changes of sound speed take several seconds.
+may be in standby) or the pings report other settings; changes of sound speed take several seconds.
 """
 
 from collections import Counter
@@ -14,7 +14,7 @@ from ods.sonar_link.oculus.settings import MODES, OculusSettings
 
 REPEAT_S = 2.0
 LEAST_HIGH_GAIN_PERCENT = 40.0
-"""In high mode, 0 to 100 percent of gain are told as this to 100."""
+"""In high mode, 0 to 100 percent of gain are reported as this to 100."""
 
 
 class FireControl:
@@ -31,7 +31,7 @@ class FireControl:
         self._taken = False
 
     def connected(self, now_ns: int) -> None:
-        """Tell the sonar everything: the connection is new."""
+        """Send the sonar all settings: the connection is new."""
         self._due_ns = self._since_ns = now_ns
         self._unlike, self._taken = [], False
 
@@ -39,9 +39,9 @@ class FireControl:
         """Say nothing until there is a connection."""
         self._due_ns = None
 
-    def hear(self, told: Fire, now_ns: int) -> None:
+    def hear(self, reported: Fire, now_ns: int) -> None:
         """Take what a ping result repeats of the fire message."""
-        self._unlike = differences(self._wanted, told)
+        self._unlike = differences(self._wanted, reported)
         if self._unlike and self._taken:
             self._since_ns = now_ns
             self.counters["control_lost"] += 1
@@ -58,30 +58,30 @@ class FireControl:
         return [self._message]
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say in plain words what the sonar does not do, when it has had the time."""
+        """Return, as text, what the sonar does not do, when it has had the time."""
         late = now_ns - self._since_ns > self._settle_ns
-        return [f"the sonar did not take {what}" for what in self._unlike] if late else []
+        return [f"the sonar did not accept {what}" for what in self._unlike] if late else []
 
 
-def differences(wanted: Fire, told: Fire) -> list[str]:
+def differences(wanted: Fire, reported: Fire) -> list[str]:
     """Say in which settings a sonar differs from what was asked for; a model's own steps count as none."""
     unlike = []
-    if told.mode != wanted.mode:
-        unlike.append(f"mode {wanted.mode}: it says {told.mode}")
-    if told.gamma != wanted.gamma:
-        unlike.append(f"gamma {wanted.gamma}: it says {told.gamma}")
-    if not abs(told.range_m - wanted.range_m) <= 0.01 * wanted.range_m:
-        unlike.append(f"range {wanted.range_m:g} m: it says {told.range_m:g} m")
-    if not any(abs(told.gain_percent - gain) <= 0.5 for gain in _gains(wanted)):
-        unlike.append(f"gain {wanted.gain_percent:g} %: it says {told.gain_percent:g} %")
-    if wanted.sound_speed and not abs(told.sound_speed - wanted.sound_speed) <= 0.5:
-        unlike.append(f"sound speed {wanted.sound_speed:g} m/s: it says {told.sound_speed:g} m/s")
-    if not wanted.sound_speed and not abs(told.salinity_ppt - wanted.salinity_ppt) <= 0.5:
-        unlike.append(f"salinity {wanted.salinity_ppt:g} ppt: it says {told.salinity_ppt:g} ppt")
+    if reported.mode != wanted.mode:
+        unlike.append(f"mode {wanted.mode}: it reports {reported.mode}")
+    if reported.gamma != wanted.gamma:
+        unlike.append(f"gamma {wanted.gamma}: it reports {reported.gamma}")
+    if not abs(reported.range_m - wanted.range_m) <= 0.01 * wanted.range_m:
+        unlike.append(f"range {wanted.range_m:g} m: it reports {reported.range_m:g} m")
+    if not any(abs(reported.gain_percent - gain) <= 0.5 for gain in _gains(wanted)):
+        unlike.append(f"gain {wanted.gain_percent:g} %: it reports {reported.gain_percent:g} %")
+    if wanted.sound_speed and not abs(reported.sound_speed - wanted.sound_speed) <= 0.5:
+        unlike.append(f"sound speed {wanted.sound_speed:g} m/s: it reports {reported.sound_speed:g} m/s")
+    if not wanted.sound_speed and not abs(reported.salinity_ppt - wanted.salinity_ppt) <= 0.5:
+        unlike.append(f"salinity {wanted.salinity_ppt:g} ppt: it reports {reported.salinity_ppt:g} ppt")
     return unlike
 
 
 def _gains(wanted: Fire) -> list[float]:
-    """Return what a ping may tell of a gain."""
+    """Return the values that a ping may report for a gain."""
     high = LEAST_HIGH_GAIN_PERCENT + (1.0 - LEAST_HIGH_GAIN_PERCENT / 100.0) * wanted.gain_percent
     return [wanted.gain_percent, high] if wanted.mode == MODES["high"] else [wanted.gain_percent]

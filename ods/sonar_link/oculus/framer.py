@@ -27,7 +27,8 @@ ALIKE_BYTES = 10
 
 
 def fault_of(data: Buffer, at: int = 0, max_bytes: int = MAX_PACKET_BYTES) -> str | None:
-    """Say why the bytes from `at` on are no message; '' when they are, or its beginning; None when too few tell."""
+    """Return why the bytes from `at` on are no message; '' when they are, or its beginning; None when there are too
+    few."""
     there = len(data) - at
     if there < HEADER_BYTES:
         return None

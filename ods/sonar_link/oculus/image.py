@@ -16,7 +16,7 @@ SAMPLE_TYPES: dict[int, np.dtype[np.unsignedinteger]] = {
     2: np.dtype("<u2"),
     4: np.dtype("<u4"),
 }
-"""By bytes a sample. The protocol knows 3, too, of which nobody tells the layout."""
+"""By bytes a sample. The protocol knows 3, too, of undocumented layout."""
 TABLE_BYTES = 2
 """Gamma is undone by a table for samples no longer than this."""
 

@@ -146,7 +146,7 @@ class SonarStatus(NamedTuple):
     """Bits, see oculus/status.py."""
     address: IPv4Address
     client: IPv4Address
-    """Who has the connection; 0.0.0.0: nobody."""
+    """Address of the connected client; 0.0.0.0: none."""
     temperatures_c: Sequence[float]
     pressure_bar: float
 
@@ -193,7 +193,7 @@ def decode_ping_result(data: Buffer, at: int = 0) -> SimpleResult:
 
 
 def fits(result: SimpleResult, size: int) -> bool:
-    """Return whether a simple ping result can be true of a message of so many bytes."""
+    """Return whether a simple ping result fits a message of this number of bytes."""
     return (
         1 <= result.beams <= MAX_BEAMS
         and 1 <= result.lines <= MAX_SAMPLES
@@ -207,6 +207,6 @@ def fits(result: SimpleResult, size: int) -> bool:
 def decode_status(datagram: bytes) -> SonarStatus:
     """Decode a status. Raises ValueError when it is none."""
     if len(datagram) != STATUS_BYTES or not datagram.startswith(CHECK_WORD):
-        raise ValueError("no status message")
+        raise ValueError("not a status message")
     device, _, part, state, address, client, *temperatures, pressure = _STATUS.unpack_from(datagram, HEADER_BYTES)
     return SonarStatus(device, part, state, IPv4Address(address), IPv4Address(client), temperatures, pressure)

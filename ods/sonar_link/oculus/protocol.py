@@ -23,7 +23,7 @@ from ods.sonar_link.sync_framer import Packet
 MAX_UPTIME_S = 1e9
 """A start time beyond it is no time."""
 STANDBY_NS = 2 * NS
-"""A dummy message within this tells of standby."""
+"""Time after a dummy message for which the sonar counts as in standby."""
 MAX_TEMPERATURE_C = 200.0
 """What is beyond was not measured: recorded results hold such numbers."""
 GRACE_NS = 5 * NS // 2
@@ -103,7 +103,7 @@ class OculusProtocol(SonarProtocol):
         self._board.hear(datagram, now_ns)
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say what is wrong with the sonar, its settings or the way to it."""
+        """Return what is wrong with the sonar, its settings or the way to it."""
         said = self._board.problems(now_ns)
         if self._connected:
             if self._dummy_ns is not None and now_ns - self._dummy_ns < STANDBY_NS:
@@ -114,7 +114,7 @@ class OculusProtocol(SonarProtocol):
         return said + ([self._board.why_unreachable(now_ns)] if self.side_port and (heard or waited) else [])
 
     def traffic(self, seconds: float) -> str:
-        """Say which messages came, and from which sonar."""
+        """Return which messages came, and from which sonar."""
         kinds = [
             f"{KIND_NAMES[MessageKind(kind)]} at {count / seconds:.1f} Hz"
             for kind, count in sorted(self._kinds.items())
@@ -122,7 +122,7 @@ class OculusProtocol(SonarProtocol):
         return ", ".join(kinds) + (f" from {self._who()}" if kinds and self._who() else "")
 
     def diagnosis(self, _seconds: float) -> str:
-        """Say why no ping came."""
+        """Return why no ping came."""
         if self._kinds[MessageKind.PING]:
             return "its ping results cannot be used: see the counters"
         if self._kinds[MessageKind.FULL_PING]:
@@ -137,8 +137,8 @@ class OculusProtocol(SonarProtocol):
         if status is None:
             return ""
         warmest_c = max((t for t in status.temperatures_c if abs(t) < MAX_TEMPERATURE_C), default=None)
-        told = "" if warmest_c is None else f", {warmest_c:.0f} deg C at its warmest"
-        return f"{model_of(status)} number {status.device} at {status.address}{told}"
+        warmth = "" if warmest_c is None else f", {warmest_c:.0f} deg C at its warmest"
+        return f"{model_of(status)} number {status.device} at {status.address}{warmth}"
 
     def _take(self, found: list[Packet[messages.Header]]) -> list[Ping]:
         pings = []
@@ -177,7 +177,7 @@ class OculusProtocol(SonarProtocol):
         return msgspec.structs.replace(ping, t_ns=sent_ns, setting=setting)
 
     def _sent_ns(self, start_s: float | None, first_ns: int, listening: int) -> int:
-        """Return the time of transmission: the result left the sonar so long after it at the earliest."""
+        """Return the time of transmission: the result left the sonar at the earliest this time after it."""
         delay_ns = listening + self._latency_ns
         if start_s is None or not 0.0 < start_s < MAX_UPTIME_S:  # false for NaN too
             self.counters["no_device_time"] += 1

@@ -23,7 +23,7 @@ HALTS = ("its magnetic switch", "a boot loader", "a flash error", "JTAG", "a fir
          "a brownout")  # fmt: skip
 """Why it has halted, by the next three bits."""
 HOT, TOO_HOT, TRANSMITTER_FAILED = 1 << 14, 1 << 15, 1 << 16
-NOBODY = IPv4Address(0)
+NO_CLIENT = IPv4Address(0)
 
 
 class StatusBoard:
@@ -61,14 +61,14 @@ class StatusBoard:
         return _fresh(self._other, now_ns)
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say what the sonar says is wrong with it."""
+        """Return what the sonar says is wrong with it."""
         status = self.own(now_ns)
         return troubles(status) if status else []
 
     def why_unreachable(self, now_ns: int) -> str:
-        """Say what the statuses tell about a sonar that cannot be connected to."""
+        """Return what the status messages say of a sonar that cannot be connected to."""
         own, other = self.own(now_ns), self.other(now_ns)
-        if own and own.client != NOBODY:
+        if own and own.client != NO_CLIENT:
             return f"it says that {own.client} has its connection"
         if own:
             return "its status is heard, so it is on: is this machine in its network?"
@@ -83,7 +83,7 @@ def model_of(status: SonarStatus) -> str:
 
 
 def troubles(status: SonarStatus) -> list[str]:
-    """Say what a status complains of."""
+    """Return what a status complains of."""
     said = []
     if status.state & 0b111 < RUNNING_FROM:
         reason = status.state >> 3 & 0b111

@@ -1,7 +1,7 @@
-"""What a Ping360 is asked for, and whether it does it. Pure: the caller tells the time.
+"""What a Ping360 is asked for, and whether it does it. Pure: the caller passes the time.
 
 It is asked to sweep its sector by itself, which is far faster than a request for each beam. On RS-485 one side speaks
-at a time and a request may be lost while beams come, so what tells is the beams: where none comes, or others than
+at a time and a request may be lost while beams come, so the beams decide: where none comes, or others than
 wanted, it is asked again.
 """
 
@@ -14,7 +14,7 @@ from ods.sonar_link.ping360.messages import Beam, Kind, Sweep, Transmission
 LONGEST_TURN_NS = 4 * NS
 """Time that the head may take to where its sector begins, as the maker's document says."""
 SILENCE_NS = 3 * NS
-"""A sweep under way has stopped when no beam comes for so long."""
+"""Time without a beam after which a sweep counts as stopped."""
 TOLERANCE = 0.02
 """How far pulse and sample period may lie off the wanted ones, as a share."""
 
@@ -67,7 +67,7 @@ class SweepControl:
         return [*who, messages.auto_transmit(self._transmission, self._sweep)]
 
     def hear(self, beam: Beam, now_ns: int) -> None:
-        """Take a beam: it tells what the sonar does. Once it does it, silence makes it be asked again."""
+        """Take a beam: it shows what the sonar does. Once it does it, silence makes it be asked again."""
         self._other = self._difference(beam)
         self.refusal = ""
         if not self._other:
@@ -85,7 +85,7 @@ class SweepControl:
 
     @property
     def problem(self) -> str:
-        """Say in plain words that the sonar does something else than wanted; "": it does not, or is still asked."""
+        """Return a text that the sonar does something else than requested; "": it does not, or is still asked."""
         return self._other if self._other and self._due_ns is None else ""
 
     def _difference(self, beam: Beam) -> str:
@@ -95,7 +95,7 @@ class SweepControl:
         if beam.sweep[:3] != sweep[:3]:
             return f"the sonar sweeps from {beam.sweep.start} to {beam.sweep.stop} gradians, not the sector asked for"
         pairs = ((beam.period, wanted.period), (beam.pulse_us, wanted.pulse_us))
-        alike = all(abs(told - asked) <= 1 + TOLERANCE * asked for told, asked in pairs)
+        alike = all(abs(reported - asked) <= 1 + TOLERANCE * asked for reported, asked in pairs)
         if alike and len(beam.samples) == wanted.samples and beam.gain == wanted.gain:
             return ""
         return "the sonar's beams are not those asked for: another program's, or beyond what it can"

@@ -163,7 +163,7 @@ def encode_beam(beam: Beam) -> bytes:
 
 
 def auto_transmit(asked: Transmission, sweep: Sweep) -> bytes:
-    """Return the request to sweep a sector until told otherwise."""
+    """Return the request to sweep a sector until the next request."""
     numbers = asked.gain, asked.pulse_us, asked.period, asked.frequency_khz, asked.samples
     return pack(Kind.AUTO_TRANSMIT, _AUTO_TRANSMIT.pack(MODE, *numbers, *sweep))
 

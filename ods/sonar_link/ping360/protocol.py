@@ -23,9 +23,9 @@ from ods.sonar_link.sync_framer import Packet
 BEAM_WIDTH_RAD = 0.035
 """Two degrees, of the maker's data sheet."""
 GRACE_NS = 5 * NS
-"""So long a sonar that is asked to sweep may stay silent: its head may have to turn first."""
+"""Time for which a sonar that is asked to sweep may stay silent: its head may have to turn first."""
 WAIT_NS = NS
-"""Beams that wait for others are given away when none has come for so long."""
+"""Time without a beam after which the waiting ones are passed on."""
 NAMES = {
     Kind.DEVICE_DATA: "single beams", Kind.AUTO_DEVICE_DATA: "beams", Kind.NACK: "refusals",
     Kind.DEVICE_INFORMATION: "device information",
@@ -104,13 +104,13 @@ class Ping360Protocol(SonarProtocol):
         return self._take(self._framer.flush()) + self._pings(self._sector.end())
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say why no beam comes, or that others than wanted do."""
+        """Return why no beam comes, or that others than wanted do."""
         if self._newest_ns is not None and now_ns - self._newest_ns > GRACE_NS:
             return [silence.why(self._evidence())]
         return [self._control.problem] if self._control.problem else []
 
     def traffic(self, seconds: float) -> str:
-        """Say which messages came, and how long a sweep takes."""
+        """Return which messages came, and how long a sweep takes."""
         came = [
             f"{NAMES.get(Kind(kind), 'other messages')} at {count / seconds:.1f} Hz"
             for kind, count in sorted(self._kinds.items())
@@ -118,7 +118,7 @@ class Ping360Protocol(SonarProtocol):
         return ", ".join(came + ([f"a sweep in {self._turn_s:.1f} s"] if self._turn_s else []))
 
     def diagnosis(self, _seconds: float) -> str:
-        """Say why no ping came."""
+        """Return why no ping came."""
         return silence.why(self._evidence())
 
     def _evidence(self) -> Evidence:

@@ -1,4 +1,4 @@
-"""What a Ping360 is told to do: the [sonar.ping360] table."""
+"""Settings of a Ping360: the [sonar.ping360] table."""
 
 import math
 from typing import Annotated, Literal
@@ -12,7 +12,7 @@ GAINS = {"low": 0, "normal": 1, "high": 2}
 LEAST_PERIOD, MOST_PERIOD = 80, 40000
 """Of samples, `TICK_S` each."""
 PULSE_SAMPLES = 64
-"""The firmware allows no longer pulse than so many samples."""
+"""Longest pulse that the firmware allows, samples."""
 
 
 class Ping360Settings(Settings, frozen=True):
@@ -37,7 +37,7 @@ class Ping360Settings(Settings, frozen=True):
     sound_speed: Annotated[float, msgspec.Meta(ge=1400.0, le=1600.0), unit("m/s")] = 1500.0
     """Sound speed, m/s: the sonar measures none."""
     ping_s: Annotated[float, msgspec.Meta(ge=0.2, le=2.0), unit("s")] = 0.8
-    """The beams of so long a time are one ping, for which there is one list, s."""
+    """Time whose beams are one ping, for which there is one list, s."""
 
     @property
     def sweep(self) -> Sweep:

@@ -45,7 +45,8 @@ def why(known: Evidence) -> str:
 def _unreachable(known: Evidence) -> str:
     if known.transport == "serial":
         return f"{known.port} cannot be opened: is the adapter in, and no other program (the maker's viewer) on it?"
-    return f"nobody takes datagrams at {known.port}: is the bridge on (BlueOS: 'Ping Sonar Devices'), its port right?"
+    bridge = "the bridge (BlueOS: 'Ping Sonar Devices')"
+    return f"nothing receives datagrams at {known.port}: is {bridge} on and its port right?"
 
 
 def _refused(known: Evidence) -> str:

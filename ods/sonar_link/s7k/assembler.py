@@ -23,7 +23,7 @@ from ods.sonar_link.s7k.water_column import WaterColumn
 KEPT = 4
 """Settings and beam tables kept of each sonar: a sonar may announce the next ping before this one's samples are out."""
 HABIT = 8
-"""Pings by which a sonar's way to send beam tables is told."""
+"""Number of pings by which a sonar's way to send beam tables is recognized."""
 LEAST_HABIT = 4
 """Fewer pings show nothing: a sonar may announce its beams more than once at its start."""
 MAX_SONARS = 8

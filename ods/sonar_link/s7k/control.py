@@ -1,4 +1,4 @@
-"""The requests to a 7k sonar: subscription to records, range, power and gain. Pure: the caller tells the time.
+"""The requests to a 7k sonar: subscription to records, range, power and gain. Pure: the caller passes the time.
 
 Record 7000, which comes with every ping, says whether a setting took effect; an acknowledgement alone does not.
 """
@@ -50,7 +50,7 @@ class RemoteControl:
         self._counters["control_requests"] += len(due)
         return due
 
-    def told(self, controls: Controls, now_ns: int) -> None:
+    def take(self, controls: Controls, now_ns: int) -> None:
         """Take what record 7000 says."""
         self._orders.hear(controls, now_ns)
 
@@ -66,7 +66,7 @@ class RemoteControl:
                 order.refuse(f"error {reply.error}")
 
     def problems(self) -> list[str]:
-        """Say in plain words what the sonar would not do."""
+        """Return, as text, what the sonar would not do."""
         said = []
         if self._subscription_error is not None:
             records = ", ".join(map(str, self._records))

@@ -36,7 +36,7 @@ class DeviceId(NamedTuple):
     number: int
     """Of its kind: 7000 is "7k sonar source"."""
     enumerator: int = 0
-    """Tells two of one kind apart."""
+    """Distinguishes two devices of one kind."""
 
 
 class RecordHeader(NamedTuple):
@@ -62,7 +62,7 @@ class S7kRecord:
     record_type: int
     device: DeviceId
     time_ns: int | None
-    """7KTIME, UTC ns since 1970; None when the device had no time or told an absurd one."""
+    """7KTIME, UTC ns since 1970; None when the device had no time or an absurd one."""
     body: bytes
     """Record type header and record data."""
     first_ns: int = 0
@@ -134,7 +134,7 @@ def encode_time(utc_ns: int | None) -> bytes:
     try:
         moment = UNIX_EPOCH + timedelta(seconds=whole_s)
     except OverflowError:
-        raise ValueError(f"utc_ns: {utc_ns} is no time of this age") from None
+        raise ValueError(f"utc_ns: {utc_ns} is out of range") from None
     if moment.year not in YEARS:
         raise ValueError(f"utc_ns: {utc_ns} lies outside the years {YEARS.start} to {YEARS.stop - 1}")
     seconds = moment.second + part_ns / NS

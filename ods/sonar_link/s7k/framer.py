@@ -103,7 +103,7 @@ class RecordFramer:
         return at >= 0
 
     def _fault(self, header: RecordHeader) -> Loss | None:
-        """Say why the header cannot be one, None when it can."""
+        """Return why the header cannot be one, None when it can."""
         if header.version != drf.RECORD_VERSION:
             return Loss.BAD_VERSION
         if header.size < MIN_RECORD_BYTES:
@@ -117,13 +117,13 @@ class RecordFramer:
         return None
 
     def _fault_of_content(self, header: RecordHeader) -> Loss | None:
-        """Say why the whole record cannot be one, None when it can."""
+        """Return why the whole record cannot be one, None when it can."""
         if not header.flags & drf.CHECKSUM_VALID:
             swallows = self._bytes.find(FRAME_START, 1, header.size) >= 0
             return Loss.NESTED_RECORD if swallows else None
         end = header.size - drf.CHECKSUM_BYTES
-        told = int.from_bytes(self._bytes[end : header.size], "little")
-        fits = (self._sum_at(end) - self._sum_before) & _SUM_MASK == told
+        stated = int.from_bytes(self._bytes[end : header.size], "little")
+        fits = (self._sum_at(end) - self._sum_before) & _SUM_MASK == stated
         return None if fits else Loss.BAD_CHECKSUM
 
     def _take(self, header: RecordHeader) -> S7kRecord:

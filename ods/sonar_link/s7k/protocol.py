@@ -22,7 +22,7 @@ from ods.sonar_link.s7k.network_frame import Deframer, frame_record
 from ods.sonar_link.settings import SonarSettings
 
 TOLD_NS = 5 * clock.NS
-"""For so long after a ping of another sonar it is told."""
+"""Time for which another sonar is reported after its last ping, ns."""
 REPLIES = {remote_control.ACKNOWLEDGED, remote_control.REFUSED}
 SAMPLES = {records.BEAMFORMED_DATA, records.COMPRESSED_WATER_COLUMN}
 
@@ -86,11 +86,12 @@ class S7kProtocol(SonarProtocol):
         return [self._framed(request, now_ns) for request in self._control.requests(now_ns)]
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say in plain words what the sonar would not do, and that it is not alone."""
+        """Return, as text, what the sonar would not do, and that it is not alone."""
         return self._others(now_ns) + self._control.problems()
 
     def _others(self, now_ns: int) -> list[str]:
-        """Say that several sonars ping: images of all are taken for those of the one whose mounting is configured."""
+        """Return a text that several sonars ping: images of all are taken for those of the one whose mounting is
+        configured."""
         heard = sorted(device for device, t_ns in self._pinged_ns.items() if now_ns - t_ns < TOLD_NS)
         if len(heard) < 2:
             return []
@@ -98,12 +99,12 @@ class S7kProtocol(SonarProtocol):
         return [f"{len(heard)} sonars ping on this line (devices {names}): leave one on"]
 
     def traffic(self, seconds: float) -> str:
-        """Say how often each type of record came."""
+        """Return how often each type of record came."""
         rates = [f"{kind} at {count / seconds:.1f} Hz" for kind, count in sorted(self._record_types.items())]
         return f"records {', '.join(rates)}" if rates else ""
 
     def diagnosis(self, seconds: float) -> str:
-        """Say which records are missing for a ping."""
+        """Return which records are missing for a ping."""
         came = self._record_types
         if not came:
             garbage = self.counters["garbage_bytes"]
@@ -129,7 +130,7 @@ class S7kProtocol(SonarProtocol):
         content = records.decode(record)
         if isinstance(content, records.SettingsRecord):
             self._sonar = record.device
-            self._control.told(content.controls, record.last_ns)
+            self._control.take(content.controls, record.last_ns)
         ping = self._assembler.feed(record, content)
         device_clock = self._clock_of(record.device)  # known as long as the assembler knows the sonar
         if ping is None:

@@ -104,8 +104,8 @@ def ping_records(
         samples = BEAMFORMED_DATA, water_column.encode_7018(ping)
     else:
         samples = COMPRESSED_WATER_COLUMN, water_column.encode_7042(ping, first_sample, rate)
-    told = controls or Controls(ping.range0_m + ping.samples * ping.dr_m, 0.0, 0.0)
-    settings = SONAR_SETTINGS, _encode_settings(ping, rate, told)
+    shown = controls or Controls(ping.range0_m + ping.samples * ping.dr_m, 0.0, 0.0)
+    settings = SONAR_SETTINGS, _encode_settings(ping, rate, shown)
     return [
         encode_record(record_type, body, ping.utc_ns, device, recorded)
         for record_type, body in (settings, (BEAM_GEOMETRY, _encode_geometry(ping)), samples)
@@ -116,7 +116,7 @@ def first_sample_of(range0_m: float, dr_m: float) -> int:
     """Return the time of the first sample after transmission, in whole samples, as 7042 has it. Raises ValueError."""
     first = round(range0_m / dr_m)
     if abs(range0_m / dr_m - first) > SAMPLE_GRID_TOLERANCE:
-        raise ValueError(f"range0_m: {range0_m:g} is no multiple of dr_m ({dr_m:g}), as the records of s7k need it")
+        raise ValueError(f"range0_m: {range0_m:g} is not a multiple of dr_m ({dr_m:g}), which records of s7k require")
     return first
 
 
@@ -129,9 +129,9 @@ def _decode_settings(body: bytes) -> SettingsRecord:
     # written so that NaN is refused
     if not (SAMPLE_RATES[0] <= rate <= SAMPLE_RATES[1] and SOUND_SPEEDS[0] <= sound_speed <= SOUND_SPEEDS[1]):
         raise RecordError(Loss.BAD_SETTINGS)
-    told = 0.0 < frequency < 1e9
+    known = 0.0 < frequency < 1e9
     controls = Controls(*fields[_RANGE_FIELD : _RANGE_FIELD + 3])
-    return SettingsRecord(ping_number, multi_ping, frequency if told else 0.0, rate, sound_speed, controls)
+    return SettingsRecord(ping_number, multi_ping, frequency if known else 0.0, rate, sound_speed, controls)
 
 
 def _encode_settings(ping: Ping, sample_rate_hz: float, controls: Controls) -> bytes:

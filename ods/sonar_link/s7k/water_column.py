@@ -46,11 +46,11 @@ class WaterColumn:
     frame: AnyArray
     """(beams, samples) uint8, uint16 or float32, any memory order; beams cut short end in zeros,"""
     no_data: Runs = field(default_factory=list)
-    """which are told here: see `Ping.no_data`."""
+    """Listed here: see `Ping.no_data`."""
     scale: Scale = "linear"
     scale_factor: float = 1.0
     sample_rate_hz: float | None = None
-    """After down-sampling; None when the sonar settings tell it."""
+    """After down-sampling; None when the sonar settings contain it."""
     first_sample: float = 0.0
     """Time of the first sample after transmission, in samples; the middle of its window when down-sampled."""
 

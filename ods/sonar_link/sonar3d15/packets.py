@@ -63,7 +63,8 @@ class RangeImage(NamedTuple):
 
 
 def fault_of(data: Buffer, at: int = 0, max_bytes: int = MAX_PACKET_BYTES) -> str | None:
-    """Say why the bytes from `at` on begin no packet, by the counter's name; '' when they do; None: too few tell."""
+    """Return why the bytes from `at` on begin no packet, by the counter's name; '' when they do; None: there are too
+    few."""
     head = data[at : at + HEAD_BYTES]
     if not (head[:4] in (PLAIN, PACKED) or any(name.startswith(head[:4]) for name in (PLAIN, PACKED))):
         return "unknown_message"

@@ -73,7 +73,7 @@ def _field(view: memoryview, at: int, kind: int) -> tuple[Field, int]:
     else:
         raise ValueError(f"protobuf: a field of type {kind}")
     if size > len(view) - at:
-        raise ValueError("protobuf: a field is cut off")
+        raise ValueError("protobuf: a field is truncated")
     return Field(kind, 0, view[at : at + size]), at + size
 
 
@@ -85,4 +85,4 @@ def _varint(view: memoryview, at: int) -> tuple[int, int]:
         number |= (byte & 0x7F) << 7 * place
         if byte < 0x80:
             return number, at + place + 1
-    raise ValueError("protobuf: a number does not end")
+    raise ValueError("protobuf: a number is not terminated")

@@ -20,7 +20,7 @@ from ods.sonar_link.sonar3d15.packets import BITMAP, IMU, RANGE_IMAGE, RangeImag
 from ods.sonar_link.sonar3d15.silence import Evidence
 
 GRACE_NS = 5 * NS
-"""So long it may be silent before something is said of it."""
+"""Silence that is reported, ns."""
 NAMES = {RANGE_IMAGE: "range images", BITMAP: "pictures of signal strength", IMU: "inertial measurements"}
 OTHERS = "other messages"
 
@@ -88,23 +88,23 @@ class Sonar3d15Protocol(SonarProtocol):
         return []
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say why no image comes."""
+        """Return why no image comes."""
         silent = self._newest_ns is not None and now_ns - self._newest_ns > GRACE_NS
         return [silence.why(self._evidence())] if silent and self._opened else []
 
     def traffic(self, seconds: float) -> str:
-        """Say which messages came."""
+        """Return which messages came."""
         return ", ".join(f"{name} at {count / seconds:.1f} Hz" for name, count in sorted(self._kinds.items()))
 
     def diagnosis(self, _seconds: float) -> str:
-        """Say why no ping came."""
+        """Return why no ping came."""
         return silence.why(self._evidence())
 
     def _evidence(self) -> Evidence:
         return Evidence(self._address, self._source, self._kinds, self.counters, NAMES[RANGE_IMAGE])
 
     def _fault_of(self, data: bytes) -> str:
-        """Say why a datagram is no packet, '' when it is one."""
+        """Return why a datagram is no packet, '' when it is one."""
         fault = packets.fault_of(data, 0, self._max_bytes)
         if fault is None:
             return "truncated_record"
@@ -127,7 +127,7 @@ class Sonar3d15Protocol(SonarProtocol):
         return msgspec.structs.replace(ping, t_ns=self._sent_ns(image.time_ns, now_ns, listening_ns(ping)))
 
     def _sent_ns(self, time_ns: int, now_ns: int, listening: int) -> int:
-        """Return the time of transmission: the packet left the sonar so long after it at the earliest."""
+        """Return the time of transmission: the packet left the sonar at the earliest this time after it."""
         delay_ns = listening + self._latency_ns
         if not 0 < time_ns < LATEST_NS:
             self.counters["no_device_time"] += 1

@@ -10,7 +10,7 @@ class Sonar3d15Settings(Settings, frozen=True):
 
     interface: str = ""
     """IPv4 address of the interface of this computer that leads to the sonar, for its multicast group; "": as the
-    computer's routes tell, which with several interfaces is often another one."""
+    computer's routing table, which with several interfaces is often another one."""
     sender: str = ""
     """IP address of the sonar; what others send is left out. "": anybody's is taken: there must be one sonar only."""
 
@@ -19,6 +19,6 @@ class Sonar3d15Settings(Settings, frozen=True):
             try:
                 address = ipaddress.ip_address(getattr(self, name) or "0.0.0.0")
             except ValueError:
-                raise ValueError(f"{name}: {getattr(self, name)}: is no IP address, such as 192.168.194.90") from None
+                raise ValueError(f"{name}: {getattr(self, name)}: not an IP address, such as 192.168.194.90") from None
             if name == "interface" and address.version == 6:
-                raise ValueError(f"{name}: {address}: groups are joined by IPv4")
+                raise ValueError(f"{name}: {address}: multicast groups need IPv4")

@@ -19,7 +19,7 @@ def snappy_block(block: Buffer, most_bytes: int) -> bytes:
         if byte < 0x80:
             break
     else:
-        raise ValueError("snappy: no length")
+        raise ValueError("snappy: the length is missing")
     if length > most_bytes:
         raise ValueError(f"snappy: {length} bytes in it, more than {most_bytes}")
     plain = np.empty(length, np.uint8)
@@ -29,7 +29,8 @@ def snappy_block(block: Buffer, most_bytes: int) -> bytes:
 
 
 def pixels_of(packed: Buffer, columns: int, rows: int) -> Pixels:
-    """Return (columns, rows) numbers, sent row by row as varints. Raises ValueError: other ones, or not so many."""
+    """Return (columns, rows) numbers, sent row by row as varints. Raises ValueError: other ones, or another number of
+    them."""
     pixels = np.empty((columns, rows), np.uint16)
     if not native.unpack_pixels(np.frombuffer(packed, np.uint8), pixels):
         raise ValueError(f"pixels: not {rows} x {columns} numbers of 16 bits")

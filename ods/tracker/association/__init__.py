@@ -1,1 +1,1 @@
-"""Which echo is whose, chosen by `tracker.association`."""
+"""Assignment of echoes to objects, chosen by `tracker.association`."""

@@ -1,4 +1,4 @@
-"""What an association is asked, and what it answers."""
+"""Input and result of an association."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from ods.tracker.observer.belief import Estimate
 
 
 class Question(NamedTuple):
-    """Which of the hypotheses about n objects and the m echoes of an image are true?"""
+    """Hypotheses about n objects and the m echoes of an image, to be decided by the association."""
 
     hypotheses: Hypotheses
     first: Mask
@@ -24,7 +24,7 @@ class Question(NamedTuple):
 
 
 class Assignment(NamedTuple):
-    """Which objects were seen, and by what: k of them."""
+    """The k objects that were seen, and their echoes."""
 
     pairs: Hypotheses
     """(k,) the objects, each once, and the echo that is most likely its own."""

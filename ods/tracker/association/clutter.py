@@ -1,4 +1,4 @@
-"""What false alarms look like: how many an image has, where in the fan and with which radii, counted as they come."""
+"""Statistics of false alarms: number an image, positions in the fan, and radii, learned as they come."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -62,11 +62,11 @@ class Clutter:
         return ClutterState(self._scans, float(self._mean), self._by_part.ravel().tolist(), self._by_radius.tolist())
 
     def restore(self, state: ClutterState) -> None:
-        """Go on with what another one counted. Raises ValueError."""
+        """Restore the counts of another one. Raises ValueError."""
         counts = np.array([state.scans, state.mean, *state.by_part, *state.by_radius], np.float64)
         parts = RANGES * BEARINGS
         if len(counts) != 2 + parts + RADII or not (np.isfinite(counts) & (counts >= 0.0)).all() or state.scans < 1:
-            raise ValueError("counts of false alarms that are none")
+            raise ValueError("invalid checkpoint: counts of clutter must be finite and >= 0")
         self._scans, self._mean = state.scans, state.mean
         self._by_part = counts[2 : 2 + parts].reshape(RANGES, BEARINGS)
         self._by_radius = counts[2 + parts :]

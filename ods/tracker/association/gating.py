@@ -1,4 +1,4 @@
-"""Which echoes may be whose: the statistical gate, and how well each pair inside it explains the image.
+"""Gating: the possible pairs of object and echo, and how well each pair explains the image.
 
 Everything is compared in the sonar's own coordinates, along and across the line of sight, where range and bearing
 noise keep their shape; the uncertainty of prediction and pose is part of it.
@@ -17,7 +17,7 @@ from ods.tracker.named import Named
 from ods.tracker.observer.belief import Belief
 
 ROOM = 8
-"""So many pairs an object and an echo are made room for at first."""
+"""Initial capacity for pairs per object and echo."""
 
 
 class Hypotheses(NamedTuple):
@@ -53,7 +53,7 @@ class Hypotheses(NamedTuple):
 
 
 class Detectability(NamedTuple):
-    """What is expected of n objects before the image is looked at."""
+    """Expectations of n objects before the image is used."""
 
     visibility: Floats
     """(n,) probability that the object, if it exists, is in view and gives echoes at all just now."""

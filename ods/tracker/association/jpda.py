@@ -1,4 +1,4 @@
-"""Which echo belongs to which object, in probability: an object is corrected by all echoes that may be its own.
+"""Probabilistic association: an object is corrected by all echoes that may be its own.
 
 Joint probabilistic data association, with the marginal probabilities by belief propagation: J. L. Williams and
 R. A. Lau, Approximate evaluation of marginal association probabilities with belief propagation, IEEE Trans. AES 50(4),

@@ -1,4 +1,4 @@
-"""What one image says about the objects: which echo is whose, who was missed, which echoes are of nobody."""
+"""Evidence of one image about the objects: which echo is whose, which objects were missed, which echoes are clutter."""
 
 from typing import NamedTuple
 
@@ -45,7 +45,7 @@ class ScanMatch(NamedTuple):
 
 
 class Shown(NamedTuple):
-    """What of n objects an image of m echoes shows: k of them are seen, as a whole or only in parts."""
+    """What an image of m echoes shows of n objects: k of them are seen, as a whole or only in parts."""
 
     objects: Indices
     """(k,) each once,"""
@@ -54,7 +54,7 @@ class Shown(NamedTuple):
     off_centre: Floats
     """(k,) variance by which the echo may lie off the object's centre, m^2."""
     unexplained: Indices
-    """Echoes that nobody explains."""
+    """Echoes that no object explains."""
     hit: Mask
     """(n,) seen."""
     evidence: Named[ScanEvidence]
@@ -116,7 +116,7 @@ def shown(
     seen = chance.visibility, view.watched, view.inside, view.skipped
     answer = objects, table, llr, off_centre, unexplained, hit, evidence, free, counts
     if not native.match_shown(pairs, asked, expected, seen, chance.detection_probability, answer):
-        raise IndexError("an association's pairs are of the question's objects and echoes")
+        raise IndexError("an association's pair has an index beyond the objects or echoes")
     k, left = counts.tolist()
     echoes = Echoes(table.ravel()[: len(table) * k].reshape(len(table), k))
     return Shown(objects[:k], echoes, off_centre[:k], unexplained[:left], hit, Named(ScanEvidence, evidence), free)

@@ -1,1 +1,1 @@
-"""Where nothing is, as far as it was looked at: the water around the vehicle by bearing sector."""
+"""Clearance: the water around the vehicle that was observed to be empty, by bearing sector."""

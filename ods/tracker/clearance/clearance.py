@@ -1,4 +1,4 @@
-"""The message to the planner: what is known to be empty, held over pings, never what is not known."""
+"""The message to the planner: water known to be empty, remembered over pings."""
 
 import math
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ FAR_TURN_S = 5.0
 
 
 class ClearanceKeeper:
-    """Goes on from list to list. A list that is not valid makes it forget: then nothing is known to be empty."""
+    """Continues from list to list. A list that is not valid resets it: then no water is known to be empty."""
 
     def __init__(self, settings: ClearanceSettings) -> None:
         self._settings = settings
@@ -28,13 +28,13 @@ class ClearanceKeeper:
         self._before: tuple[int, float] | None = None
         """When the head looked where: t_ns and azimuth."""
 
-    def after(self, told: ObstacleList, shown: Detections | None) -> Clearance:
+    def after(self, obstacles: ObstacleList, shown: Detections | None) -> Clearance:
         """Return what goes with a list; `shown`: the detections behind it, if there are any."""
-        if told.valid and told.pose is not None and told.head is not None and shown is not None:
-            self._look(told.pose, told.head, shown)
+        if obstacles.valid and obstacles.pose is not None and obstacles.head is not None and shown is not None:
+            self._look(obstacles.pose, obstacles.head, shown)
         else:
             self._grid = self._before = None
-        return self._message(told, shown)
+        return self._message(obstacles, shown)
 
     def _look(self, pose: PoseAt, pose_of_head: PoseAt, shown: Detections) -> None:
         sector = shown.sector
@@ -69,46 +69,46 @@ class ClearanceKeeper:
         turned = abs(math.remainder(azimuth - before[1], 2.0 * math.pi))
         return turned / since_s * 2.0 * shown.sector.range_max_m / shown.sound_speed
 
-    def _message(self, told: ObstacleList, shown: Detections | None) -> Clearance:
+    def _message(self, obstacles: ObstacleList, shown: Detections | None) -> Clearance:
         n = self._settings.sectors
-        bodies = _bodies(told, shown)
+        bodies = _bodies(obstacles, shown)
         to_m, from_m = np.zeros(n), np.zeros(n)
         if self._grid is not None:
-            from_m, to_m = clear_water(self._grid.free(told.t_ns / NS), self._grid.cell_m, n)
+            from_m, to_m = clear_water(self._grid.free(obstacles.t_ns / NS), self._grid.cell_m, n)
             to_m = np.minimum(to_m, nearest_body(bodies, n, SIGMAS))
-            if told.left_out:
+            if obstacles.left_out:
                 to_m = np.minimum(to_m, max(bodies.distance_m, default=0.0))
             nothing = to_m <= from_m
             from_m[nothing] = to_m[nothing] = 0.0
         nearest = nearest_body(bodies, n).tolist()
         return Clearance(
-            seq=told.seq,
-            ping_number=told.ping_number,
-            t_ns=told.t_ns,
-            utc_ns=told.utc_ns,
-            valid=told.valid,
+            seq=obstacles.seq,
+            ping_number=obstacles.ping_number,
+            t_ns=obstacles.t_ns,
+            utc_ns=obstacles.utc_ns,
+            valid=obstacles.valid,
             clear_from_m=from_m.tolist(),
             clear_to_m=to_m.tolist(),
             nearest_m=[distance if math.isfinite(distance) else None for distance in nearest],
-            pose=told.pose,
-            site=told.site,
+            pose=obstacles.pose,
+            site=obstacles.site,
             half_height_m=self._settings.half_height_m,
             fastest_m_s=self._settings.fastest_m_s,
-            made_ns=told.made_ns,
-            made_utc_ns=told.made_utc_ns,
+            made_ns=obstacles.made_ns,
+            made_utc_ns=obstacles.made_utc_ns,
         )
 
 
-def _bodies(told: ObstacleList, shown: Detections | None) -> Bodies:
+def _bodies(obstacles: ObstacleList, shown: Detections | None) -> Bodies:
     """Return the obstacles of a list and the echoes of its ping, as seen from the vehicle; none without its pose."""
-    if told.pose is None:
+    if obstacles.pose is None:
         return Bodies(*np.zeros((4, 0)))
-    place = told.pose.position_ned
-    found = np.array([_of_obstacle(each, place) for each in told.obstacles if each.state != "terminated"])
+    place = obstacles.pose.position_ned
+    found = np.array([_of_obstacle(each, place) for each in obstacles.obstacles if each.state != "terminated"])
     bodies = found.reshape(-1, 4).T
-    if told.head is not None and shown is not None:
+    if obstacles.head is not None and shown is not None:
         bodies = np.hstack(
-            [bodies, _of_echoes([each for each in shown.detections if _is_sound(each)], told.head, place)]
+            [bodies, _of_echoes([each for each in shown.detections if _is_sound(each)], obstacles.head, place)]
         )
     return Bodies(*bodies)
 

@@ -1,4 +1,4 @@
-"""What a ping showed to be empty, and where it heard something, over bearing and range in the frame of the head."""
+"""Empty and occupied parts of a ping, over bearing and range in the frame of the head."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from ods.tracker.measurement.scan import NOT_SWEPT
 
 BEARINGS, RANGES = 128, 128
 SIGMAS = 2.0
-"""Echoes may be by so many standard deviations nearer and wider."""
+"""Standard deviations by which echoes may be nearer and wider."""
 
 
 class FanMask(NamedTuple):
@@ -43,7 +43,7 @@ def fan_mask(
     echoes: Sequence[Detection],
     turn_rad: float = 0.0,
 ) -> FanMask | None:
-    """Return what a ping showed; None: nothing, as its sector makes no sense.
+    """Return what a ping showed; None if its sector is invalid.
 
     turn_rad: by how much the head turned until the last echo was back: the borders are so uncertain.
     """

@@ -19,7 +19,7 @@ from ods.tracker.settings import ClearanceSettings
 REACH = 80
 """Cells from the vehicle's to the border."""
 ROOM = 1.05
-"""The grid reaches so many times as far as the sonar; it is made anew when the sonar's range has outgrown it,"""
+"""The grid's reach in sonar ranges; the grid is made again when the sonar's range has outgrown it,"""
 SMALLEST = 0.4
 """or is less than this share of it."""
 SIDE = 2 * REACH + 1

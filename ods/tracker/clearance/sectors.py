@@ -11,7 +11,7 @@ from ods.base.frames.geometry import wrap_angle
 from ods.tracker.clearance.free_grid import HALF_DIAGONAL, REACH, SIDE
 
 BLUR = 2.0 * HALF_DIAGONAL
-"""A place in a cell may be so many cells away from its middle, seen from a vehicle anywhere in its own."""
+"""Largest distance of a point in a cell from its middle, cells, seen from a vehicle anywhere in its own."""
 
 
 SHORTEST = 3
@@ -67,7 +67,7 @@ def clear_water(free: Mask, cell_m: float, sectors: int) -> Clear:
 
 
 def nearest_body(bodies: Bodies, sectors: int, sigmas: float = 0.0) -> Floats:
-    """Return (n,) distances to the nearest edge in each sector, less so many standard deviations, 0 at least.
+    """Return (n,) distances to the nearest edge in each sector, less a number of standard deviations, 0 at least.
 
     Infinite where there is none.
     """

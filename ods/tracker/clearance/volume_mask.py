@@ -1,4 +1,4 @@
-"""What a range image showed to be empty: at the heights of the layer that clearance is told of."""
+"""Water that a range image showed to be empty, at the heights of the layer for which clearance is reported."""
 
 import math
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from ods.messages import Sector
 from ods.tracker.measurement.looked import Looked
 
 NOISE_M = 0.1
-"""An echo may be so much nearer than its range tells."""
+"""Distance, m, by which an echo may be nearer than its range."""
 
 
 class LayerSeen(NamedTuple):
@@ -29,8 +29,8 @@ def layer_seen(
 ) -> LayerSeen:
     """Return what a ping showed at `places`, forward, starboard and down of the head, of a layer of +- `half_m` there.
 
-    cell_m: places are so far apart; turn_rad: by how much the head turned until the last echo was back: the borders are
-    so uncertain.
+    cell_m: spacing of the positions; turn_rad: by how much the head turned until the last echo was back: the borders
+    are so uncertain.
     """
     forward, starboard, down = places
     across = np.hypot(forward, starboard)

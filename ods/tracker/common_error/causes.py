@@ -1,4 +1,4 @@
-"""Which one error explains how all objects at rest seem to move, in plain words."""
+"""The one error that explains how all static objects seem to move, as text."""
 
 import math
 from collections.abc import Callable
@@ -15,7 +15,7 @@ FEWEST = 3
 FEWEST_BESIDE = 4
 """The same where another object is left out, as it goes its own way:"""
 OWN_WAY = 2.0
-"""without it the mean square of what is left is so many times smaller."""
+"""Least ratio by which an error reduces the mean square of the residuals."""
 SIGNIFICANT = 5.0
 """Standard deviations."""
 LEFT = 6.0
@@ -28,7 +28,7 @@ class Cause(NamedTuple):
     """One kind of error."""
 
     judged: tuple[int, ...]
-    """Columns of the design whose values tell its size,"""
+    """Columns of the design whose values give its size,"""
     beside: tuple[int, ...]
     """and those that have to be fitted beside them."""
     least: float
@@ -79,7 +79,7 @@ class Finding(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """It is so, beyond doubt."""
+        """It is certain."""
         certain = self.cause.most > abs(self.value) > max(self.cause.least, SIGNIFICANT * self.sigma)
         return certain and self.fit.left < LEFT
 
@@ -92,7 +92,7 @@ class Finding(NamedTuple):
 def _turn(value: float, sigma: float) -> str:
     digits = 1 if abs(value) > math.radians(1.0) else 2
     rate = f"{math.degrees(value):.{digits}f} +- {math.degrees(sigma):.{digits}f} deg/s"
-    return f"objects at rest seem to turn by {rate} about the vehicle: does the heading drift?"
+    return f"static objects seem to turn by {rate} about the vehicle: does the heading drift?"
 
 
 def _yaw(value: float, sigma: float) -> str:
@@ -111,7 +111,7 @@ def _latency(value: float, sigma: float) -> str:
 
 
 def _drift(value: float, sigma: float) -> str:
-    return f"objects at rest seem to move by {value:.2f} +- {sigma:.2f} m/s: does the INS's place drift?"
+    return f"static objects seem to move by {value:.2f} +- {sigma:.2f} m/s: does the INS's position drift?"
 
 
 DRIFT = Cause((NORTH, EAST), (), 0.1, math.inf, 5.0, _drift)

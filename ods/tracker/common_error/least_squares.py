@@ -1,4 +1,4 @@
-"""Least squares over the places of objects at rest, with a memory that fades.
+"""Least squares over the positions of static objects, with a fading memory.
 
 Each object has unknowns of its own (its place, its near edge, its depth), which are eliminated; what is left are the
 errors that all have in common. Standard errors come from leaving out one object at a time (jackknife; Efron, 1982): the
@@ -94,7 +94,7 @@ class FadingSums:
         )
 
     def reduced(self) -> Reduced:
-        """Return what the objects tell of the common errors."""
+        """Return the estimate of the common errors by the objects."""
         enough = self._seen > SEEN_LEAST
         sums = self._sums[enough]
         own, mixed = sums[:, :OWN, :OWN] + OWN_INFORMATION, sums[:, :OWN, OWN:]
@@ -103,7 +103,8 @@ class FadingSums:
 
 
 def fit(reduced: Reduced, errors: tuple[int, ...]) -> Fit | None:
-    """Return the best values of the errors of some columns; None where they cannot be told. Three objects or more.
+    """Return the best values of the errors of some columns; None where they cannot be distinguished. Three objects or
+    more.
 
     The variance that few objects show is itself uncertain, and grows as that of Student's distribution.
     """

@@ -1,4 +1,4 @@
-"""Do all objects at rest seem to move alike? Then it is the pose, the mounting or the sound speed that is wrong.
+"""Where all static objects seem to move alike, the pose, the mounting or the sound speed is wrong.
 
 Each object by itself is a believable mover. Several that turn about the one place from which they are seen, or that all
 come nearer in proportion to their range, are none. The method is that of `ods calibrate`, on what is tracked.
@@ -21,16 +21,16 @@ FAST_MEMORY_S, SLOW_MEMORY_S = 1.0, 60.0
 """A short memory finds a fast drift soon, a long one finds what is slow or small."""
 SEEN_EVERY_S, FITTED_EVERY_S = 0.1, 0.5
 HELD_S = 5.0
-"""What was found is so for so long: three objects are not always in view."""
+"""Time for which a found error is reported, s: three objects are not always in view."""
 
 
 class CommonErrors:
     """Takes what a ping showed of the tracked objects."""
 
     def __init__(self) -> None:
-        self.begin_anew()
+        self.begin_again()
 
-    def begin_anew(self) -> None:
+    def begin_again(self) -> None:
         """Forget all: poses are others."""
         self._fast, self._slow = FadingSums(FAST_MEMORY_S), FadingSums(SLOW_MEMORY_S)
         self._seen_s = self._fitted_s = self._found_s = -math.inf
@@ -60,11 +60,11 @@ class CommonErrors:
             self._findings, self._found_s = twice, t_s
 
     def problem(self) -> str:
-        """Say in plain words what seems to be wrong, "" where nothing does."""
+        """Return the likely error, as text; "" if there is none."""
         return "; or ".join(map(str, self._findings))
 
     def reasons(self) -> list[str]:
-        """Say why the list is not valid for it."""
+        """Return why the list is not valid for it."""
         return [str(each) for each in self._findings if each.is_too_much][:1]
 
     def widened(self, snapshot: Snapshot) -> Snapshot:

@@ -1,4 +1,4 @@
-"""Where the echoes of tracked objects are, and by how much each common error would move them."""
+"""Positions of tracked objects' echoes, and the shift of each by every common error."""
 
 from typing import NamedTuple
 
@@ -10,11 +10,11 @@ from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.output.snapshot import Snapshot
 
 LARGEST_M = 4.0
-"""Radius of an object whose echo tells a place: of a wall each ping may show another part."""
+"""Radius, m, of an object whose echo marks one position: of a wall each ping may show another part."""
 REACH_M = 1.5
 """From an object's edge to the echo that is its own."""
 LEAST_SIGMA_M, LEAST_SIGMA_RAD = 0.05, 0.003
-"""No echo tells the place of a body better, whatever it claims."""
+"""Least standard deviation of an echo's position, m, whatever it claims."""
 
 OWN = 4
 """Unknowns of each object, the first columns of the design: north, east, m; by how much the echo is nearer than the
@@ -35,7 +35,7 @@ class Motion(NamedTuple):
 
 
 class Sightings(NamedTuple):
-    """k objects at rest or not, each seen once in a ping."""
+    """k objects, static or not, each seen once in a ping."""
 
     id: Ints
     """(k,)"""

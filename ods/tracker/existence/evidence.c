@@ -57,7 +57,7 @@
 
 /* `ExistenceModel` of model.py, which says what each is. */
 typedef struct {
-    double object_hit_rate, object_looks, clutter_hit_rate, clutter_looks, crowded_looks, crowd_a_second, crowd_power;
+    double object_hit_rate, object_scans, clutter_hit_rate, clutter_scans, crowded_scans, crowd_a_second, crowd_power;
     double sharp, object_sharp, object_slow, clutter_sharp, clutter_slow;
     double onset_for, onset_against, onset_enough, odds_factor;
     double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
@@ -155,12 +155,12 @@ static State apply_likelihood_ratio(State state, double over_nothing, double ove
 
 /* --- Hit rate --- */
 
-/* Returns the rates by a track's hits in so many looks: means of the beta laws given these. */
-static HitRates hit_rate_ratio(double hits, double looks, double detection_probability, double crowding, const Model *m)
+/* Returns the rates by a track's hits in a number of scans: means of the beta laws given these. */
+static HitRates hit_rate_ratio(double hits, double scans, double detection_probability, double crowding, const Model *m)
 {
-    const double weight = m->clutter_looks + crowding * (m->crowded_looks - m->clutter_looks);
-    const double object = (hits + m->object_looks * m->object_hit_rate) / (looks + m->object_looks);
-    const double clutter = (hits + weight * m->clutter_hit_rate) / (looks + weight);
+    const double weight = m->clutter_scans + crowding * (m->crowded_scans - m->clutter_scans);
+    const double object = (hits + m->object_scans * m->object_hit_rate) / (scans + m->object_scans);
+    const double clutter = (hits + weight * m->clutter_hit_rate) / (scans + weight);
     return (HitRates){object / detection_probability, clutter / detection_probability};
 }
 
@@ -417,7 +417,7 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
     const double watched = evidence->watched[i];
     const Here here = clutter_at(clutter, range_m);
     State state = predict(state_of(tracks, i), echoes, watched, of->dt, of->rates);
-    const HitRates rates = hit_rate_ratio(tracks->hits[i], tracks->looks[i], of->detection_probability, of->crowding,
+    const HitRates rates = hit_rate_ratio(tracks->hits[i], tracks->scans[i], of->detection_probability, of->crowding,
                                           clutter->model);
     state = update(state, hit, evidence->llr[i], evidence->expected[i], rates);
     state = apply_features(tracks, i, state, of->measured, i, confirmed, &here);
@@ -428,7 +428,7 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
     }
     keep(tracks, i, state);
     tracks->hits[i] += hit;
-    tracks->looks[i] += hit ? 1.0 : watched;
+    tracks->scans[i] += hit ? 1.0 : watched;
 }
 
 /* Updates n tracks by a scan, `dt` seconds after the one before. */
@@ -499,7 +499,7 @@ KERNEL_FLOAT(existence_confirmation_probability, "f8[20,n] tracks, int i, float 
 }
 
 KERNEL(existence_hit_rate_ratio,
-       "float hits, float looks, float detection_probability, float crowding, " MODEL ", out f8[2] rates")
+       "float hits, float scans, float detection_probability, float crowding, " MODEL ", out f8[2] rates")
 {
     const HitRates rates = hit_rate_ratio(FLOAT(0), FLOAT(1), FLOAT(2), FLOAT(3), ARRAY(const Model, 4));
     double *out = ARRAY(double, 5);

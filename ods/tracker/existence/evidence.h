@@ -11,7 +11,7 @@ enum { ONSET, LEADING_EDGE, STRENGTH, MOTION, FEATURES };
 /* The rows of the table of `ExistenceTable`, (n,) each. */
 typedef struct {
     double *visible, *silent, *nothing, *clutter, *first_visible, *clutter_share;
-    double *hits, *looks;
+    double *hits, *scans;
     /* of each feature: sum over the track's echoes, how many these are, and the log-likelihood ratio applied so far */
     struct {
         double *sum, *count, *ratio;

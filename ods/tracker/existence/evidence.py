@@ -36,12 +36,12 @@ class ExistenceTable(NamedTuple):
     """Share of clutter among what is no object by which it is judged."""
     hits: Floats
     """Echoes after the first, or since it was recalled from the map,"""
-    looks: Floats
+    scans: Floats
     """and scans that could have had one."""
     sharp: Floats
     """Onset: number of sharp echoes,"""
     onsets: Floats
-    """of so many that measure it;"""
+    """number of echoes that measure it;"""
     onset_ratio: Floats
     """log-likelihood ratio applied so far."""
     edges: Floats
@@ -65,7 +65,7 @@ class ExistenceTable(NamedTuple):
 
 
 class ScanEvidence(NamedTuple):
-    """What a scan shows of n tracks: (n,) each."""
+    """Evidence of a scan on n tracks: (n,) each."""
 
     llr: Floats
     """Log-likelihood ratio of the echo: of the object over a false alarm; 0 where there is none."""
@@ -82,7 +82,7 @@ class ScanEvidence(NamedTuple):
 
 
 class NewTrackEvidence(NamedTuple):
-    """What is known of k echoes that no track explains: (k,) each."""
+    """Evidence of k echoes that no track explains: (k,) each."""
 
     density: Floats
     """False alarms a scan if there were as many everywhere as there."""
@@ -105,13 +105,13 @@ class ClutterStatistics:
         return values
 
     def load(self, values: list[float]) -> None:
-        """Go on with a saved array. Raises ValueError for one that cannot be."""
+        """Restore a saved array. Raises ValueError for an invalid one."""
         found = np.array(values, np.float64)
         if found.shape != (LENGTH,) or not np.isfinite(found).all():
-            raise ValueError(f"clutter statistics: not {LENGTH} finite numbers")
+            raise ValueError(f"invalid checkpoint: clutter statistics must be {LENGTH} finite numbers")
         counts = np.delete(found, range(STRENGTHS + RINGS, STRENGTHS + 2 * RINGS))
         if (counts < 0.0).any() or found[CLUTTER_TRACKS] > found[ENDED_TRACKS] * (1.0 + ROUNDING):
-            raise ValueError("clutter statistics: counts below 0, or a part above its whole")
+            raise ValueError("invalid checkpoint: clutter statistics need counts >= 0, and parts <= totals")
         self.values = found
 
     def count_strengths(self, echoes: Echoes, free: Mask, sector: Sector) -> None:

@@ -24,7 +24,7 @@ class ExistenceState(NamedTuple):
 
 
 class Rates(NamedTuple):
-    """How often an object falls silent, gives echoes again, and is lost: 1/s each."""
+    """Rates at which an object falls silent, gives echoes again, and is lost, 1/s."""
 
     silence: float
     recovery: float
@@ -32,7 +32,7 @@ class Rates(NamedTuple):
 
 
 class HitRates(NamedTuple):
-    """How often a track has an echo, if it is an object and if it is clutter, over the setting's probability."""
+    """Rate of echoes of a track if it is an object and if it is clutter, over the setting's detection probability."""
 
     object: float
     clutter: float
@@ -45,10 +45,10 @@ def predict(state: ExistenceState, echoes: int, watched: float, dt: float, rates
     return ExistenceState(*after.tolist())
 
 
-def hit_rate_ratio(hits: float, looks: float, detection_probability: float, crowding: float) -> HitRates:
-    """Return how often a track has an echo, by its hits in so many looks."""
+def hit_rate_ratio(hits: float, scans: float, detection_probability: float, crowding: float) -> HitRates:
+    """Return the rates of echoes of a track, by its hits in a number of scans."""
     rates = np.empty(2)
-    native.existence_hit_rate_ratio(hits, looks, detection_probability, crowding, MODEL, rates)
+    native.existence_hit_rate_ratio(hits, scans, detection_probability, crowding, MODEL, rates)
     return HitRates(*rates.tolist())
 
 

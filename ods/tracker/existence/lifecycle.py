@@ -31,7 +31,7 @@ TRANSITIONS: dict[int, tuple[int, ...]] = {
 
 
 class Evidence(NamedTuple):
-    """What the newest image says of an object."""
+    """Result of the newest scan for an object."""
 
     hit: bool
     inside: bool

@@ -6,25 +6,25 @@ import numpy as np
 
 
 class ExistenceModel(NamedTuple):
-    """Looks are scans in which a track could have had an echo; "weight": a prior counts for so many looks or echoes."""
+    """`scans`: scans in which a track could have had an echo; "weight": scans or echoes that a prior counts for."""
 
     object_hit_rate: float = 0.85
     """Mean of the beta law of an object's hit rate,"""
-    object_looks: float = 8.0
+    object_scans: float = 8.0
     """and its weight."""
     clutter_hit_rate: float = 0.3
     """The same of persistent clutter,"""
-    clutter_looks: float = 12.0
+    clutter_scans: float = 12.0
     """and its weight,"""
-    crowded_looks: float = 8.0
+    crowded_scans: float = 8.0
     """and its weight where clutter is crowded: there more of it is seen in nearly all scans."""
     crowd_a_second: float = 180.0
-    """Clutter is half crowded with so many of its echoes a second:"""
+    """Clutter echoes a second at which clutter is half crowded:"""
     crowd_power: float = 8.0
     """1 / (1 + (crowd / echoes)^power)."""
 
     sharp: float = 1.06
-    """An echo that sets in within so many widths of a point is sharp."""
+    """Longest rise of a sharp echo, widths of a point."""
     object_sharp: float = 3.0
     """Beta law of an object's share of sharp echoes: sharp ones,"""
     object_slow: float = 1.5
@@ -38,9 +38,9 @@ class ExistenceModel(NamedTuple):
     onset_against: float = 6.0
     """and against one,"""
     onset_enough: float = 8.0
-    """which takes so many echoes."""
+    """and the number of echoes that this takes."""
     odds_factor: float = 3.3
-    """A new track needs so many times the odds where onsets are measured: a few sharp echoes may be chance."""
+    """Factor on the odds to confirm a new track where rises are measured: a few sharp echoes may be chance."""
 
     edge_limit: float = 1e-4
     """No leading edge is more likely an object's than 1 less this, or less likely than this."""
@@ -66,9 +66,9 @@ class ExistenceModel(NamedTuple):
     strength_limit: float = 7.0
     """Largest log-likelihood ratio of the strength, for and against an object."""
     pooled: float = 10.0
-    """Strengths of all ranges count for so many echoes at each."""
+    """Weight of the strengths of all ranges at each range, echoes."""
     strength_few: float = 10.0
-    """So many echoes tell half of what there is to know of clutter's strengths."""
+    """Number of echoes that give half of the information on clutter's strengths."""
 
     motion_for: float = 2.5
     """Largest log-likelihood ratio of motion for an object; against one it says nothing."""
@@ -78,7 +78,7 @@ class ExistenceModel(NamedTuple):
     new_share: float = 0.1
     """it rises by this with the echoes a scan that measure a strength: the chain leaves few of noise;"""
     many: float = 10.0
-    """with so many it has half of that."""
+    """and by half of that with this number."""
     share_tracks: float = 30.0
     """Weight of that prior, tracks."""
     most_share: float = 0.8

@@ -1,4 +1,4 @@
-"""What an image proves: does each object exist, and which state follows from that."""
+"""Existence and state of each object after a scan."""
 
 import numpy as np
 

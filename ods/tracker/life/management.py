@@ -23,7 +23,7 @@ WAKE_MARGIN_M = 5.0
 
 @dataclass(slots=True)
 class Outcome:
-    """What a step changed beyond the snapshot."""
+    """Changes by a step beyond the snapshot."""
 
     taken: bool = True
     """False: the scan was older than the one before and was left out."""
@@ -111,7 +111,7 @@ class TrackManager:
         """Give objects just confirmed their ids; return (n,) which old objects live on in one of them."""
         history, continued = tracks.history, np.zeros(len(tracks), bool)
         old = np.flatnonzero((history.state != TENTATIVE) & (history.state != TERMINATED))
-        _, estimate = tracks.told()
+        _, estimate = tracks.belief_and_moments()
         heirs, old = stitching.stitch(history, estimate, confirmed, old, self._gate_sigmas)
         tracks.inherit(heirs, old)
         continued[old] = True
@@ -121,7 +121,7 @@ class TrackManager:
         return continued
 
     def _report(self, tracks: Tracks, ended: Mask, stored: Mask, utc_ns: int) -> Outcome:
-        """Tell what `ended` and what belongs in the map: (n,) each."""
+        """Return (n,) which tracks `ended` and (n,) which belong in the map."""
         reported = tracks.history.state != TENTATIVE
         now, outcome = snapshot_of(tracks), Outcome()
         if ended.any():

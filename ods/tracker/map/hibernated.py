@@ -1,6 +1,6 @@
-"""Hibernated objects that are out of sight: they cost nothing a ping until the sonar looks at their place again.
+"""Hibernated objects out of view: they cost no time until the sonar observes their position again.
 
-Their places are in an R-tree. What it finds around the vehicle is kept, and the R-tree is asked anew only when the
+Their places are in an R-tree. What it finds around the vehicle is kept, and the R-tree is queried again only when the
 vehicle has moved on by `SKIN_M` (the neighbour list of molecular dynamics, after Verlet) or an object came or went.
 """
 
@@ -17,7 +17,7 @@ from ods.tracker.map.schema import INSIDE, PLACE_TABLE, square_around
 from ods.tracker.state import MapChanges
 
 SKIN_M = 20.0
-"""The vehicle may move so far before the R-tree is asked again."""
+"""Distance that the vehicle may move before the R-tree is queried again, m."""
 
 
 class HibernatedObjects:
@@ -106,7 +106,7 @@ class HibernatedObjects:
         return MapChanges(list(self._changed.values()), list(self._gone))
 
     def whole(self) -> list[MapObject]:
-        """Return all objects, asleep or awake; `changes` begin anew."""
+        """Return all objects, asleep or awake; `changes` start again."""
         self._changed, self._gone = {}, set()
         return [*self._objects.values(), *self._awake.values()]
 

@@ -9,7 +9,7 @@ import msgspec
 
 from ods.base.clock import NS
 from ods.tracker.ids import ID_BLOCK, PROVISIONAL_IDS
-from ods.tracker.map.lag import READ, WRITTEN, Lag
+from ods.tracker.map.lag import READ, WRITTEN, WriteDelay
 from ods.tracker.map.link import OBJECTS_A_PACKET, Change, Failed, Known, LinkEndedError, Written
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.pending import PendingChanges
@@ -21,7 +21,7 @@ log = logging.getLogger(__name__)
 WRITE_PERIOD_NS = NS
 """Between two changes of the file: a kill loses no more than this."""
 STOP_S = 1.0
-"""The tracker's end waits so long for the last change; if that takes longer, the map's process goes on alone."""
+"""Time for which the tracker's end waits for the last change, s; later the map's process continues alone."""
 PACKETS_A_ROUND = 4
 """What is read of the map, 200 objects each, may keep the tracker from a list for some ms."""
 
@@ -47,7 +47,7 @@ class MapKeeper:
         self._settings = settings
         self._name = f"map {settings.path}"
         self._writer = None if settings.path is None else WriterProcess(settings.path, origin_deg, run_dir)
-        self._lag = Lag(self._name, complain)
+        self._lag = WriteDelay(self._name, complain)
         self._complain = complain
         self._open = False
         self._reserved = 0
@@ -76,7 +76,7 @@ class MapKeeper:
             self.pending.remove(object_id)
 
     def poll(self, now_ns: int, next_id: int) -> Known | None:
-        """Go on with what is to be done, without waiting; return what was read of the file meanwhile.
+        """Continue pending work without waiting; return what was read of the file meanwhile.
 
         Ids are kept reserved ahead of `next_id`, that of the next new object.
         """
@@ -92,7 +92,7 @@ class MapKeeper:
             self._open, self._sent = False, None
             self._writer.lost(now_ns)
             self._lag.failed(f"{self._name}: its process ended ({error})")
-            self._complain("map_process_lost", f"{self._name}: its process ended and is started again")
+            self._complain("map_process_lost", f"{self._name}: its process ended; restarting it")
         self._lag.look(now_ns, self._writer.starved(now_ns))
         return known
 

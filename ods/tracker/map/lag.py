@@ -1,4 +1,4 @@
-"""How far the map file is behind the tracker, and who is told: once when it stalls, once when it is back."""
+"""Delay of the map file behind the tracker, logged once when it stalls and once when it works again."""
 
 import logging
 from collections.abc import Callable
@@ -12,7 +12,7 @@ STALLED_NS = 3 * NS
 """A disk that takes longer is said to stall."""
 
 
-class Lag:
+class WriteDelay:
     """Since when something has been wanted of the file that is not done yet. All times are CLOCK_MONOTONIC ns."""
 
     def __init__(self, name: str, complain: Callable[[str, str], None]) -> None:
@@ -55,10 +55,10 @@ class Lag:
         silent = (
             "the disk does not answer"
             if self.wanted == WRITTEN
-            else "its process is not up yet, or the disk does not answer"
+            else "its process has not started yet, or the disk does not answer"
         )
-        told = self._failure or f"{self._name}: {self._overload or silent}"
-        return f"{told}; not {self.wanted} for {self._lasted_s(now_ns):.0f} s"
+        cause = self._failure or f"{self._name}: {self._overload or silent}"
+        return f"{cause}; not {self.wanted} for {self._lasted_s(now_ns):.0f} s"
 
     def _lasted_s(self, now_ns: int) -> float:
         return 0.0 if self._since_ns is None else (now_ns - self._since_ns) / NS

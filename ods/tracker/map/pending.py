@@ -1,4 +1,4 @@
-"""What the map file does not have yet: the newest state of each object, however long the disk takes."""
+"""Changes not yet in the map file: the newest state of each object, however long the disk takes."""
 
 from collections.abc import Iterator
 from itertools import islice

@@ -12,7 +12,7 @@ rounded outwards: what it finds in a box is looked at once more exactly."""
 INSIDE = "north_max >= ? AND north_min <= ? AND east_max >= ? AND east_min <= ?"
 """Condition on `place`; takes the four numbers of `square_around`."""
 MAP_APPLICATION_ID = 0x4F44534D
-"""`ODSM`: tells this file from other SQLite files."""
+"""`ODSM`: distinguishes this file from other SQLite files."""
 
 STEPS: tuple[tuple[str, ...], ...] = (
     (
@@ -49,9 +49,9 @@ def version_of(db: sqlite3.Connection) -> int:
     version = int(db.execute("PRAGMA user_version").fetchone()[0])
     empty = version == 0 and not db.execute("SELECT 1 FROM sqlite_master").fetchone()
     if not empty and (version < 1 or db.execute("PRAGMA application_id").fetchone()[0] != MAP_APPLICATION_ID):
-        raise ValueError("not a map of this program")
+        raise ValueError("not a map of ODS")
     if version > SCHEMA_VERSION:
-        raise ValueError(f"schema version {version}, this program knows {SCHEMA_VERSION}")
+        raise ValueError(f"schema version {version}, this version of ODS reads {SCHEMA_VERSION}")
     return version
 
 

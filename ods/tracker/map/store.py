@@ -56,7 +56,7 @@ class MapStore:
             rows = self._db.execute(f"{query} ORDER BY id LIMIT {MOST_OBJECTS + 1}", square)
             found = [object_of(row) for row in rows]
             if len(found) > MOST_OBJECTS:
-                raise ValueError(f"more than {MOST_OBJECTS} objects: too many to be held in memory")
+                raise ValueError(f"more than {MOST_OBJECTS} objects, the limit for a map in memory")
         if area is None:
             return found
         north, east, distance = area
@@ -149,7 +149,7 @@ def copy_of_map(path: Path) -> MapStore:
         if not in_use and _has_log(path):  # a tracker has just opened it
             _back_up(path, db, in_use=True)
         if version_of(db) == 0:
-            raise ValueError("not a map of this program")
+            raise ValueError("not a map of ODS")
         set_bounds(db)
         check_schema(db)
         bring_up_to_date(db)
@@ -161,7 +161,7 @@ def _refuse_unreadable(path: Path) -> None:
     with opened(path) as file:
         size = os.fstat(file.fileno()).st_size
     if size > MOST_BYTES:
-        raise ValueError(f"{size / 1e9:.1f} GB: the largest map that is read has {MOST_BYTES / 1e9:.0f} GB")
+        raise ValueError(f"{size / 1e9:.1f} GB: the limit for a map is {MOST_BYTES / 1e9:.0f} GB")
 
 
 def _has_log(path: Path) -> bool:

@@ -44,11 +44,11 @@ def check_schema(db: sqlite3.Connection) -> None:
     found = _told_by(db)
     for name in _OURS:
         if name in ours and found.get(name) != ours[name]:
-            raise ValueError(f"not a map of this program: {name} is not the table that it should be")
+            raise ValueError(f"not a map of ODS: table {name} has another layout")
     for name, (kind, sql) in found.items():
         plain = not sql or (kind == "table" and not sql.upper().startswith("CREATEVIRTUAL"))
         if not plain and ours.get(name) != (kind, sql):
-            raise ValueError(f"not a map of this program: {kind} {name!r} is none of ours")
+            raise ValueError(f"not a map of ODS: unexpected {kind} {name!r}")
     db.execute("PRAGMA trusted_schema = ON")
 
 
@@ -75,14 +75,14 @@ def object_of(row: tuple[object, ...]) -> MapObject:
     number, *sizes, times_seen, first_seen, last_seen, hibernated, covariance = row
     whole = number, times_seen, first_seen, last_seen, hibernated
     if not all(isinstance(value, int) for value in whole) or not all(map(_is_number, (*sizes, covariance))):
-        raise ValueError(f"object {number} is damaged: no number where one should be")
+        raise ValueError(f"object {number} is damaged: a field is not a number")
     o = MapObject(number, row[1:4], row[4:7], *row[7:])  # type: ignore[arg-type]
     if max(map(abs, (*o.position, *o.sigma, o.radius, o.sigma_radius))) > FARTHEST_M:
-        raise ValueError(f"object {o.id} is damaged: a place or size is farther than {FARTHEST_M:g} m")
+        raise ValueError(f"object {o.id} is damaged: a position or size exceeds {FARTHEST_M:g} m")
     if min(*o.sigma, o.radius, o.sigma_radius) < 0.0 or not 0.0 <= o.existence <= 1.0:
         raise ValueError(f"object {o.id} is damaged: a size or probability is out of bounds")
     if not 0 <= o.times_seen <= MOST_TIMES_SEEN or not 0 <= o.id <= HIGHEST_ID:
-        raise ValueError(f"object {o.id} is damaged: its id, or how often it was seen, is out of bounds")
+        raise ValueError(f"object {o.id} is damaged: its id or its number of sightings is out of bounds")
     if abs(o.covariance_ne) > o.sigma[0] * o.sigma[1] * (1.0 + 1e-6):
         raise ValueError(f"object {o.id} is damaged: its covariance is larger than its standard deviations")
     return o
@@ -92,7 +92,7 @@ def mission_of(row: tuple[object, ...] | None) -> tuple[float, float, int]:
     """Return latitude and longitude, deg, and next id of a row of the table. Raises ValueError where they cannot be."""
     latitude_deg, longitude_deg, next_id = row or (None, None, None)
     if not _is_number(latitude_deg) or not _is_number(longitude_deg) or not isinstance(next_id, int):
-        raise ValueError("damaged: origin and next id are not there")
+        raise ValueError("damaged: origin and next id are missing")
     on_earth = abs(float(latitude_deg)) <= 90.0 and abs(float(longitude_deg)) <= 180.0  # type: ignore[arg-type]
     if not on_earth or not 0 <= next_id <= HIGHEST_ID:
         raise ValueError("damaged: origin or next id is out of bounds")

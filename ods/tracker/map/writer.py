@@ -92,7 +92,7 @@ def _write(link: Link, store: MapStore) -> None:
 
 
 def _tell(link: Link, message: Message) -> bool:
-    """Return whether there was a tracker to tell it to."""
+    """Return whether there was a tracker to receive it."""
     try:
         return link.send(message)
     except LinkEndedError:
@@ -100,7 +100,7 @@ def _tell(link: Link, message: Message) -> bool:
 
 
 def _has_gone(link: Link, within_s: float) -> bool:
-    """Wait so long; return, as soon as it is so, that the tracker has gone."""
+    """Wait for this time; return early, with true, when the tracker has ended."""
     poller = select.poll()
     poller.register(link.fileno(), select.POLLRDHUP)
     return bool(poller.poll(1e3 * within_s))

@@ -1,4 +1,4 @@
-"""Echoes that the fan's edge cuts off: what they tell of an object that is known already."""
+"""Echoes cut off by the fan's edge: the information they give about a known object."""
 
 from ods.base.arrays import Floats
 from ods.compiled import native
@@ -9,7 +9,8 @@ def nothing_twice(echoes: Echoes, predicted: Floats, radius: Floats, radius_vari
     """Return k echoes, those cut off with noise by which none betters what is known beyond its own error.
 
     `predicted`: (8, k), the table of `PredictedMeasurement`, of the objects that the echoes are of; radius, m, and its
-    variance: (k,), as they are known. What is seen of a body lies inside its circle: so far at most off its middle.
+    variance: (k,), as they are known. The visible part of an object lies inside its circle: at most this far from its
+    middle.
     """
     table = echoes.table.copy()
     native.nothing_twice(table, predicted, radius, radius_variance)

@@ -17,7 +17,7 @@ from ods.tracker.named import Named
 NOTHING_UNSEEN = nothing_unseen()
 LEAST_SIGMA_RAD = 1e-6
 HIDDEN_SIGMAS, BEHIND_M = 2.0, 0.3
-"""An echo hides what lies so far behind it."""
+"""Distance behind an echo from which on objects are hidden, m."""
 LEAST_CHANCE = 0.05
 """That an object that was passed by, or is hidden, gives an echo nevertheless, as field_of_view.c has it for blind
 parts."""
@@ -101,7 +101,7 @@ def hidden_by(seen: FieldOfView, looked: Looked, predicted: Named[PredictedMeasu
 def look_elsewhere(seen: FieldOfView, predicted: Named[PredictedMeasurement], turn: float, not_swept: Floats) -> None:
     """Take from what is seen the objects whose middle a mechanically scanned head did not come by, `Scan.not_swept`.
 
-    What the ping looked at is told by middles, so an object's width is of no account here; that its middle may be
+    What the ping observed is given by middles, so an object's width does not count here; that its middle may be
     elsewhere is.
     """
     rows = predicted.rows
@@ -123,14 +123,15 @@ def _below(values: Floats) -> Floats:
 
 
 def near_coverage(predicted: Named[PredictedMeasurement], fan: Coverage, margin_m: float) -> Mask:
-    """Tell (n,) which predicted places are inside the sector or nearer to it than about `margin_m`."""
+    """Return (n,) bool: predicted positions inside the sector, or nearer to it than about `margin_m`."""
     near = np.empty(predicted.table.shape[1], np.bool_)
     native.near_coverage(predicted.table, fan, margin_m, near)
     return near
 
 
 def in_opening(places: Floats, vehicle: Vehicle, fan: Coverage, margin_m: float) -> Mask:
-    """Tell which (2, k) north-east places are between the fan's bearings, or not farther off than `margin_m`."""
+    """Return (k,) bool: which (2, k) north-east positions are between the fan's bearings, or within `margin_m` of
+    them."""
     inside = np.empty(places.shape[1], np.bool_)
     native.in_opening(places, vehicle, fan, margin_m, inside)
     return inside

@@ -21,7 +21,7 @@ class Received(NamedTuple):
     dropped: int
     """Detections that are of no use."""
     at_rest: bool
-    """The head is taken to have been at rest while the echoes came back, as no pose says otherwise."""
+    """The head counts as stationary while the echoes came back, as there is no pose."""
 
 
 def received(
@@ -29,7 +29,7 @@ def received(
 ) -> Received:
     """Return the scan of a ping as the head would have measured it at transmission.
 
-    sent: the head's pose then; skipped_pings: those since the one before that nobody looked at.
+    sent: the head's pose then; skipped_pings: those since the one before that were not processed.
     """
     echoes, dropped = echoes_of(echo_table_of(_all_echoes(message)))
     if message.sector.plane_half_rad > 0.0:
@@ -62,7 +62,8 @@ def received(
 
 
 def _all_echoes(message: Detections) -> list[Detection]:
-    """Return all echoes, faint ones too, as many pings tell a body from the bottom; in the order of their bearings."""
+    """Return all echoes, faint ones too, as many pings together distinguish an object from the bottom; in the order of
+    their bearings."""
     if not message.faint:
         return message.detections
     return sorted(message.detections + message.faint, key=lambda echo: echo.bearing_rad)

@@ -1,4 +1,4 @@
-"""How far a 3-D sonar saw in each direction: what is behind the nearest echo there is hidden."""
+"""Range to which a 3-D sonar observed each direction: objects behind the nearest echo are hidden."""
 
 import math
 from typing import NamedTuple
@@ -27,18 +27,18 @@ class Looked(NamedTuple):
         return np.asarray(np.where((column >= 0) & (row >= 0), found, np.inf))
 
     def hides(self, range_m: Floats, bearing: Floats, elevation: Floats, margin_m: Floats) -> Mask:
-        """Tell (...) what lies farther behind the nearest echo in its direction than the margin."""
+        """Return (...) bool: points farther behind the nearest echo in their direction than the margin."""
         return np.asarray(self.nearest(bearing, elevation) < range_m - margin_m)
 
 
 def looked_of(message: Detections) -> Looked | None:
-    """Return what a ping saw; None: it does not tell, or makes no sense."""
-    told, sector = message.looked_volume, message.sector
-    if told is None or len(told.clear_m) != 4 * told.bearings * told.elevations:
+    """Return what a ping saw; None if that is not reported, or invalid."""
+    volume, sector = message.looked_volume, message.sector
+    if volume is None or len(volume.clear_m) != 4 * volume.bearings * volume.elevations:
         return None
-    clear_m = np.frombuffer(told.clear_m, "<f4").astype(np.float64).reshape(told.bearings, told.elevations)
+    clear_m = np.frombuffer(volume.clear_m, "<f4").astype(np.float64).reshape(volume.bearings, volume.elevations)
     bearings = sector.bearing_min_rad, sector.bearing_max_rad
-    elevations = told.elevation_min_rad, told.elevation_max_rad
+    elevations = volume.elevation_min_rad, volume.elevation_max_rad
     if not (bearings[0] < bearings[1] and elevations[0] < elevations[1] and math.isfinite(float(clear_m.sum()))):
         return None
     return Looked(clear_m, bearings, elevations)

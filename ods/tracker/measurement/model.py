@@ -11,7 +11,7 @@ from ods.tracker.named import Named
 
 HEIGHT, BEND, ATTITUDE, CLIMB = 0, 1, 2, 3
 """What the ping does not see, but the horizontal place depends on: the height, its square, the bias of the attitude,
-and what earlier pings were told by, how much the height changes."""
+and by which earlier pings were reported, how much the height changes."""
 UNSEEN = 4
 
 
@@ -95,8 +95,8 @@ def position_measurement(
 
     `predicted`: (8, m), the table of `PredictedMeasurement`, of the objects already tracked that the echoes are of.
     Range and bearing are then taken in where the object should be, along the tangent there: across wide beams the noise
-    would bend the ellipse, and turn it anew with each echo. A new object is where its echo is, in the fan's middle.
-    `half_vertical`: half the fan's vertical opening, rad, for echoes that tell none of their own.
+    would bend the ellipse, and turn it with each echo. A new object is where its echo is, in the fan's middle.
+    `half_vertical`: half the fan's vertical opening, rad, for echoes without one of their own.
     """
     m = len(echoes)
     position, rest, azimuth = np.empty((3, m)), np.empty((7, m)), np.empty((2, m))

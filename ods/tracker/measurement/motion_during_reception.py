@@ -1,4 +1,4 @@
-"""Echoes as a vehicle at rest would have measured them: while they come back, the vehicle moves and turns.
+"""Echoes as a stationary vehicle would have measured them: while they come back, the vehicle moves and turns.
 
 The echo of a ping sent at t_tx from p_tx arrives at t_rx = t_tx + 2 r / c, r the measured range: half the way from p_tx
 to the object and on to the sonar's place then, p_rx. The bearing is measured in the body frame at t_rx.
@@ -33,7 +33,7 @@ class Listening:
 def poses_of(
     sent: PoseEstimate, range_max_m: float, sound_speed: float, pose_at: Callable[[int], PoseEstimate | None]
 ) -> Listening | None:
-    """Return the poses while echoes from up to `range_max_m` come back; None when one is missing, or makes no sense.
+    """Return the poses while echoes from up to `range_max_m` come back; None when one is missing or invalid.
 
     `sent`: the pose at transmission; `sound_speed`: m/s; `pose_at`: the pose at a time in ns.
     """

@@ -1,7 +1,7 @@
 """Sonars of several planes: the echoes that planes next to each other have of the same body become one.
 
 A body near the border of two planes is in the images of both. Range and bearing say the same twice, but which plane
-hears it louder tells at what elevation it is.
+receives it louder shows its elevation.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from ods.compiled import native
 from ods.tracker.measurement.scan import Echoes
 
 SIDE_LOBE_DB = 15.0
-"""What is so much less loud in a second plane may have come through that plane's side lobes: it tells no elevation."""
+"""Level, dB, below which a second plane's echo may have come through side lobes, so that it shows no elevation."""
 
 
 def one_a_body(echoes: Echoes, plane_half_rad: float) -> Echoes:

@@ -16,12 +16,12 @@ from ods.tracker.state import PoseNoiseState
 FORGETTING = 0.99
 """Of the weight of earlier pings at each."""
 AT_LEAST_M = 0.3
-"""So much of the claim always counts as noise: a bias of the attitude makes the places that a moving vehicle sees drift
-by that much, which more exact echoes would take for a height or a motion."""
+"""Standard deviation, m, of the claim that always counts as noise: a bias of the attitude makes the positions seen from
+a moving vehicle drift by that much, which more exact echoes would take for a height or a motion."""
 PRIOR_PINGS = 3.0
 """Until more pings are compared, bias is taken to be the larger part."""
 LONGEST_STEP = 3.0
-"""What comes later than so many of the periods before, or begins anew, is compared with nothing."""
+"""Number of former periods after which a pose counts as the first of a new sequence."""
 
 
 class PoseNoise:
@@ -37,7 +37,7 @@ class PoseNoise:
         return PoseNoiseState(self._weight, self._squares.copy(), self._before.copy())
 
     def restore(self, state: PoseNoiseState) -> None:
-        """Go on where another one was. Raises ValueError when that makes no sense."""
+        """Restore the state of another one. Raises ValueError for an invalid state."""
         places = [number for _, place in state.before for number in place]
         numbers = [state.weight, *state.squares, *places]
         sizes = [len(state.squares), *(len(place) for _, place in state.before)]

@@ -111,9 +111,9 @@ def echoes_of(table: Floats) -> tuple[Echoes, int]:
     absurdly large, ranges not above 0, negative radii or standard deviations.
     """
     table = np.column_stack([table, np.zeros((len(table), len(EchoRows._fields) - table.shape[1]))])
-    told = EchoRows(*table.T)
-    claims = np.array([told.radius, told.sigma_range, told.sigma_bearing, told.sigma_radius])
-    good = (np.abs(table) <= LARGEST).all(axis=1) & (told.range_m > 0.0) & (claims >= 0.0).all(axis=0)
+    rows = EchoRows(*table.T)
+    claims = np.array([rows.radius, rows.sigma_range, rows.sigma_bearing, rows.sigma_radius])
+    good = (np.abs(table) <= LARGEST).all(axis=1) & (rows.range_m > 0.0) & (claims >= 0.0).all(axis=0)
     echoes = Echoes(np.ascontiguousarray(table[good].T))
     wide = echoes.rows.radius > LARGEST_PATCH_M
     echoes.rows.onset[wide] = echoes.rows.front[wide] = 0.0
@@ -161,7 +161,7 @@ class Scan:
     """Transmit time, CLOCK_MONOTONIC or any other clock that never goes back."""
     utc_ns: int
     vehicle: Vehicle | None
-    """None when no pose is known for this time: then objects are only carried on in time."""
+    """None when no pose is known for this time: then objects are only predicted."""
     sector: Sector
     echoes: Echoes
     """As the vehicle at its transmit time would have measured them."""
@@ -179,4 +179,4 @@ class Scan:
     """Pings since the scan before whose images were not looked at: they missed nothing."""
     not_swept: Floats = field(default_factory=lambda: np.empty((0, 2)))
     """(k, 2) least and largest bearings, rad, of what a mechanically scanned head did not come by: objects whose middle
-    is there are told by other pings."""
+    is there are determined by other pings."""

@@ -1,4 +1,4 @@
-"""What an observer believes of its objects: one or more hypotheses of how each moves, and their mixture."""
+"""The belief of an observer: one or more hypotheses of how each object moves, and their mixture."""
 
 from typing import NamedTuple
 
@@ -23,7 +23,7 @@ class Belief(NamedTuple):
     """(h, 2, n) by how much north and east are larger for each metre that the object is lower."""
     shared: Floats
     """(h, 3, n) what no number of pings takes away: variances of north and east and their covariance, m^2, by the
-    height, which the fan does not resolve, and by the bias of the pose; at rest, what it may have crept (`creep`)."""
+    height, which the fan does not resolve, and by the bias of the pose; if static, by its slow drift (`creep`)."""
     radius: Floats
     """(n,) the filters' own: it follows their next correction."""
     radius_variance: Floats

@@ -1,4 +1,4 @@
-"""What observers differ in: how they filter north and east of all objects, resting and moving."""
+"""The part in which observers differ: the filters of north and east of all objects, static and moving."""
 
 from typing import Any, NamedTuple, Protocol
 
@@ -84,10 +84,10 @@ class HorizontalFilter(Protocol):
         """Take one measurement an object; `since_s`: (k,) time since its last one."""
 
     def rest_there(self, rows: Indices) -> None:
-        """Start the static hypothesis anew where the moving one is now."""
+        """Restart the static hypothesis where the moving one is now."""
 
     def set_out(self, rows: Indices) -> None:
-        """Start the moving hypothesis anew where the static one is, with unknown velocity."""
+        """Restart the moving hypothesis where the static one is, with unknown velocity."""
 
     def join(self, heirs: Indices, old: Indices) -> None:
         """Let the static hypotheses of `heirs` learn where those of `old`, the same objects, were."""

@@ -90,11 +90,11 @@ class InteractingModels:
         return Named(Learned, learned)
 
     def rest_there(self, rows: Indices) -> None:
-        """Start the static hypothesis anew where the likeliest of the moving ones is now."""
+        """Restart the static hypothesis where the likeliest of the moving ones is now."""
         native.imm_rest_there(self._numbers(), rows)
 
     def set_out(self, rows: Indices) -> None:
-        """Start the moving hypotheses anew where the static one is, with unknown velocity."""
+        """Restart the moving hypotheses where the static one is, with unknown velocity."""
         native.imm_set_out(self._numbers(), rows, self._usual, self._settings.velocity_sigma**2)
 
     def join(self, heirs: Indices, old: Indices) -> None:

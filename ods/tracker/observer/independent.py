@@ -1,7 +1,7 @@
 """The paper's observer: independent Kalman filters for north and east, in closed form (`axis_kalman`) [SSIE eq. 2].
 
 The gains of each axis know nothing of the other one. The noise of range and bearing goes together in both, and so do
-the errors of what is estimated: their covariance under these gains is kept beside the filters, to tell how large errors
+the errors of what is estimated: their covariance under these gains is kept beside the filters, to show how large errors
 are.
 """
 
@@ -102,7 +102,7 @@ class IndependentAxes:
         return Named(Learned, learned)
 
     def rest_there(self, rows: Indices) -> None:
-        """Start the static hypothesis anew where the moving one is now."""
+        """Restart the static hypothesis where the moving one is now."""
         s = self._table.rows
         s.place[:, rows], s.place_variance[:, rows] = s.position[:, rows], s.variance[:, rows]
         together, unseen = self._together.rows, self._unseen.table
@@ -110,7 +110,7 @@ class IndependentAxes:
         unseen[RESTING][:, :VELOCITY, rows] = unseen[MOVING][:, :VELOCITY, rows]
 
     def set_out(self, rows: Indices) -> None:
-        """Start the moving hypothesis anew where the static one is, with unknown velocity."""
+        """Restart the moving hypothesis where the static one is, with unknown velocity."""
         s = self._table.rows
         s.position[:, rows], s.variance[:, rows] = s.place[:, rows], s.place_variance[:, rows]
         together = self._together.rows

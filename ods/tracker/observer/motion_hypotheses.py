@@ -1,4 +1,4 @@
-"""Whether an object moves at all, decided by evidence: what all observers share [SSIE eq. 2].
+"""Static or moving, decided by evidence: the part that all observers share [SSIE eq. 2].
 
 Each object is followed by filters for one that stays where it is and by filters for one that moves, and the ratio of
 their likelihoods says which to believe. How north and east are filtered is what observers differ in (`horizontal`);
@@ -22,7 +22,7 @@ from ods.tracker.settings import STATIC, MotionSettings
 REOPENED = 4.0
 """Log-odds, in favour of what was settled, when an object is seen again."""
 ESTABLISHED = float(np.log(STATIC / (1.0 - STATIC)))
-"""Log-odds, either way, from which there is no doubt whether an object moves;"""
+"""Log-odds, either way, from which on it is established whether an object moves."""
 KNOWN_SPEED = 0.4
 """nor is there when its velocity, if it moves, is known to this share of what a new object's is,"""
 CREEPING = 0.1
@@ -30,14 +30,14 @@ CREEPING = 0.1
 chance, or by what pings share, of one that rests."""
 
 DISPROVED = -5.0
-"""Log-odds at which the static hypothesis starts anew from where the moving one is now."""
+"""Log-odds at which the static hypothesis restarts where the moving one is now."""
 PROVED = 8.0
 """Largest log-odds, so that an object that starts to move is believed in time."""
 LEAST_VARIANCE = 1e-12
 
 
 class CommonState(NamedTuple):
-    """What all observers filter alike of n objects: (n,) each."""
+    """State of n objects that all observers filter alike: (n,) each."""
 
     rest_height: Floats
     """Down, if the object does not move;"""
@@ -86,7 +86,7 @@ class Velocities(NamedTuple):
     mean: Floats
     variance: Floats
     steady_mean: Floats
-    """Those of the first kind of motion, with which an object may creep."""
+    """Those of the first kind of motion, with which an object may drift slowly."""
     steady_variance: Floats
 
 
@@ -144,8 +144,9 @@ class StaticOrMovingObserver:
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (3, n) of all velocities.
 
-        At rest the mean is 0, but what echoes cannot tell from that yet is part of the variance, whatever the odds are:
-        they weigh rest against velocities of `velocity_sigma`, among which slow ones are few.
+        For the static hypothesis the mean is 0, but what echoes cannot distinguish from that yet is part of the
+        variance, whatever the odds are: they weigh rest against velocities of `velocity_sigma`, among which slow ones
+        are few.
         """
         moving, moments = self._horizontal.velocity(), np.empty((2, 3, len(self._table)))
         # A velocity that may change at any time never becomes sure: what rests creeps only if its place speaks for it.
@@ -191,7 +192,7 @@ class StaticOrMovingObserver:
             self._horizontal.rest_there(disproved[:count])
 
     def settle(self, rows: Indices) -> None:
-        """Decide for good whether each object moves, where that is established; in doubt both remain possible."""
+        """Decide for good whether each object moves, where that is established; otherwise both remain possible."""
         if not len(rows):
             return
         odds, unit = self._table.rows.odds, self._settings.velocity_sigma**2
@@ -207,7 +208,7 @@ class StaticOrMovingObserver:
         self._table.rows.odds[rows] = math.inf
 
     def reopen(self, rows: Indices) -> None:
-        """Take the decision of `settle` back: the hypothesis given up starts anew from the other one."""
+        """Take the decision of `settle` back: the dropped hypothesis restarts from the other one."""
         if not len(rows):
             return
         s = self._table.rows
@@ -223,7 +224,7 @@ class StaticOrMovingObserver:
         self._horizontal.rest_there(moved)
 
     def inherit(self, heirs: Indices, old: Indices) -> None:
-        """Let `heirs` go on with what is settled of `old`, the same objects: those that rest do so where they did."""
+        """Let `heirs` inherit what is settled of `old`, the same objects: those that rest do so where they did."""
         odds = self._table.rows.odds
         moved = heirs[odds[old] == -math.inf]
         odds[moved] = np.maximum(odds[moved] - REOPENED, DISPROVED)

@@ -32,7 +32,7 @@ CHANGE_RATE = 0.03
 
 
 class Observer(Protocol):
-    """What the tracker asks of a set of filters. `rows` are indices of objects."""
+    """Interface of a set of filters. `rows` are indices of objects."""
 
     def predict(self, dt: float) -> None:
         """Carry all objects on over `dt` >= 0 seconds."""
@@ -67,7 +67,7 @@ class Observer(Protocol):
         """Take the decision of `settle` back: the object is seen again."""
 
     def inherit(self, heirs: Indices, old: Indices) -> None:
-        """Let `heirs` go on with what is settled of `old`: they are the same objects, seen again."""
+        """Let `heirs` inherit what is settled of `old`: they are the same objects, seen again."""
 
     def tables(self) -> list[TrackTable[Any]]:
         """Return all that is known of the objects: objects that end are removed from there; a successor gets it."""

@@ -1,4 +1,5 @@
-"""What no number of pings averages away, the height and the bias of the pose, beside the filters: `sensitivity.h`."""
+"""Errors that do not average out over pings, the height and the bias of the pose, beside the filters:
+`sensitivity.h`."""
 
 from typing import NamedTuple
 
@@ -14,7 +15,7 @@ VELOCITY = 2
 
 
 class Heights(NamedTuple):
-    """What an echo's place in the fan says of the heights of the k objects seen: (2, k), at rest and moving."""
+    """What an echo's place in the fan says of the heights of the k objects seen: (2, k), static and moving."""
 
     height: Floats
     variance: Floats

@@ -1,1 +1,1 @@
-"""What a circle does not say of objects: how long and wide they are, and where their nearest edge is."""
+"""Outlines of objects beyond the circle: length, width and nearest edge."""

@@ -21,8 +21,8 @@ from ods.tracker.output.snapshot import Snapshot
 NEWEST_SHARE = 0.1
 """Least weight of the newest image in the means."""
 GATE = 1.5
-"""An echo is of the object whose ellipse it fits best, if it is no farther from the object's place than so many times
-the ellipse's axes, to which are added in squares"""
+"""An echo is of the object whose ellipse it fits best, if it is no farther from the object's position than this
+multiple of the ellipse's axes, to which are added in squares"""
 GATE_SIGMAS, GATE_M = 2.0, 0.5
 """so many standard deviations, and m."""
 COMMON_ERROR = 0.5
@@ -47,7 +47,7 @@ FloatsT = TypeVar("FloatsT", float, Floats)
 
 
 class Known(NamedTuple, Generic[FloatsT]):
-    """What is known of objects: numbers, or (n,) arrays."""
+    """Outlines of objects: numbers, or (n,) arrays."""
 
     sights: FloatsT
     """Images in which it was seen."""
@@ -77,7 +77,7 @@ FIRST_MEAN = Known._fields.index("north")
 
 
 class Outlines:
-    """What is known of the confirmed objects, by their ids."""
+    """Outlines of the confirmed objects, by their ids."""
 
     def __init__(self) -> None:
         self._ids: Ints = np.empty(0, np.int64)
@@ -127,7 +127,7 @@ class Outlines:
         ]
 
     def _follow(self, snapshot: Snapshot, head: PoseEstimate) -> None:
-        """Keep the objects of the snapshot, carried on to its time."""
+        """Keep the objects of the snapshot, predicted to its time."""
         dt = max(0.0, (head.t_ns - self._t_ns) / NS) if len(self._ids) else 0.0
         old = {each: k for k, each in enumerate(self._ids.tolist())}
         ids = snapshot.id.tolist()
@@ -165,7 +165,7 @@ class Outlines:
 
 
 def _share_of(sights: Floats) -> Floats:
-    """Return the weight of a new image after so many."""
+    """Return the weight of a new image after a number of them."""
     return np.maximum(NEWEST_SHARE, 1.0 / (sights + 1.0))
 
 

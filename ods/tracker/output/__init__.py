@@ -1,1 +1,1 @@
-"""What the planner gets: snapshot, closest approach, obstacle list, validity."""
+"""Output to the planner: snapshot, closest approach, obstacle list, validity."""

@@ -1,4 +1,4 @@
-"""What of the objects is the bottom, as far as heights tell."""
+"""Objects that are the bottom, as far as heights show."""
 
 from typing import NamedTuple
 
@@ -50,7 +50,7 @@ def stand_of(snapshot: Snapshot, bottom: Bottom, settings: BottomSettings) -> St
 
 
 def may_be_hit(snapshot: Snapshot, bottom: Bottom | None, settings: BottomSettings) -> Mask:
-    """Tell (n,) which objects the settings let the planner hear of; all of them where the bottom is not known."""
+    """Return (n,) bool: objects that the settings let the planner receive; all of them where the bottom is unknown."""
     if bottom is None or settings.list == "all":
         return np.ones(len(snapshot), bool)
     return np.asarray(1.0 - stand_of(snapshot, bottom, settings).bottom >= settings.risk)

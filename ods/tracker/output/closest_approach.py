@@ -1,4 +1,4 @@
-"""Closest point of approach: how near each object comes to the vehicle if both go on as they do now.
+"""Closest point of approach: how near each object comes to the vehicle if both keep their velocities.
 
 In the horizontal plane, to the object's edge: objects stand for vertical cylinders, their depth is hardly observed.
 """
@@ -46,7 +46,7 @@ def closest_approach(snapshot: Snapshot, course: Course, motion: MotionSettings,
     time = _nearest_after(offset, drift, horizon_s)
     nearest = offset + drift * time
     distance = np.hypot(*nearest)
-    at_that_time = _along(nearest, snapshot.carried_on(time, motion))
+    at_that_time = _along(nearest, snapshot.extrapolated(time, motion))
     by_velocity = _by_velocity(offset, drift, snapshot.sigma_velocity[:2], horizon_s, distance)
     at_others = _along(nearest, snapshot) + by_velocity
     variance = np.maximum(at_that_time, at_others) + snapshot.sigma_radius**2
@@ -71,8 +71,8 @@ def _along(nearest: Floats, picture: Snapshot) -> Floats:
     return np.asarray(np.maximum(along, 0.0))
 
 
-def _by_velocity(offset: Floats, drift: Floats, sigma: Floats, horizon_s: float, told: Floats) -> Floats:
-    """Return (n,) mean squares by which the distance `told` changes with the velocity, of standard deviations (2, n).
+def _by_velocity(offset: Floats, drift: Floats, sigma: Floats, horizon_s: float, distance_m: Floats) -> Floats:
+    """Return (n,) mean squares by which `distance_m` changes with the velocity, of standard deviations (2, n).
 
     What seems to fall behind, or to stay as far away as it is, may as well come nearer for the whole horizon: then the
     time changes, and the spread at one time shows nothing of it. By sigma points, sqrt(2) standard deviations away from
@@ -80,4 +80,4 @@ def _by_velocity(offset: Floats, drift: Floats, sigma: Floats, horizon_s: float,
     """
     moved = drift[:, None] + SIGMA_POINTS * sigma[:, None]
     nearest = offset[:, None] + moved * _nearest_after(offset[:, None], moved, horizon_s)
-    return np.asarray(((np.hypot(*nearest) - told) ** 2).mean(axis=0))
+    return np.asarray(((np.hypot(*nearest) - distance_m) ** 2).mean(axis=0))

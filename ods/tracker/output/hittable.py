@@ -1,10 +1,10 @@
-"""What of the objects the planner hears of: what is part of the bottom or a wave of the surface is left out."""
+"""Selection of the reported objects: parts of the bottom and waves of the surface are left out."""
 
 from typing import NamedTuple
 
 from ods.tracker.output.bottom import Bottom, may_be_hit
 from ods.tracker.output.snapshot import Snapshot
-from ods.tracker.output.surface import View, Waves
+from ods.tracker.output.surface import View, WaveFilter
 from ods.tracker.settings import TrackerSettings
 
 
@@ -15,12 +15,12 @@ class Hittable(NamedTuple):
     left_out: int
 
 
-class HittableFilter:
+class ReportableFilter:
     """Chooses, list by list."""
 
     def __init__(self, settings: TrackerSettings) -> None:
         self._bottom = settings.bottom
-        self._waves = Waves(settings.surface)
+        self._waves = WaveFilter(settings.surface)
 
     def of(self, everything: Snapshot, bottom: Bottom | None, view: View | None) -> Hittable:
         """Return what the planner hears of `everything`; bottom: if it is known."""

@@ -53,7 +53,7 @@ class ObstacleLister:
         return [Announced(obstacle, left) for obstacle, left in self._ended.values()]
 
     def restore(self, state: list[Announced]) -> None:
-        """Go on announcing what another one began to."""
+        """Continue the announcements of another one."""
         self._ended = {each.obstacle.id: (each.obstacle, each.left) for each in state}
 
     def obstacles(
@@ -73,7 +73,7 @@ class ObstacleLister:
         return present + ended
 
     def _fit(self, snapshot: Snapshot) -> Snapshot:
-        """Return the objects fit to be told, with the uncertainty of what a sonar cannot see of a shape."""
+        """Return the objects fit to be reported, with the uncertainty of what a sonar cannot see of a shape."""
         numbers = (snapshot.position, snapshot.velocity, snapshot.sigma_position, snapshot.sigma_velocity)
         total = sum(a.sum(axis=0) for a in numbers) + snapshot.radius + snapshot.sigma_radius + snapshot.existence
         finite = np.isfinite(total + snapshot.covariance_ne)
@@ -103,7 +103,7 @@ class ObstacleLister:
 
     def _predictions(self, snapshot: Snapshot) -> Iterable[list[Prediction]]:
         leads = self._settings.lead_times_s
-        later = [snapshot.carried_on(lead, self._motion) for lead in leads]
+        later = [snapshot.extrapolated(lead, self._motion) for lead in leads]
         each = [
             [
                 Prediction(lead, p, s)

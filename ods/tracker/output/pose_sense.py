@@ -24,14 +24,15 @@ JUMP_RAD = math.radians(10.0)
 FASTEST_TURN = math.radians(180.0)
 """and so much a second."""
 SIGMAS = 5.0
-TOLD_S = 1.0
-"""A jump is told for so long. What was tracked before it is dropped (mission.py), and confirmed anew by then."""
+REPORTED_S = 1.0
+"""Time for which a jump is reported, s. Objects tracked before are dropped (mission.py), and confirmed again by
+then."""
 STILL_S, STILL_M = 2.0, 1.0
-"""A place that does not change for so long, while the velocity made so long a way, is not the vehicle's."""
+"""A position constant for this time, s, while the velocity adds up to this distance, m, is not the vehicle's."""
 COMPARED_S = 10.0
-"""Places and velocities are compared over so long: a way of some metres tells them apart."""
+"""Time over which positions and velocities are compared, s: some metres suffice to distinguish them."""
 VAGUE_RAD = math.radians(20.0)
-"""An INS that claims no better, as one does that is still aligning, does not tell where an echo comes from."""
+"""Standard deviation of attitude, rad, from which on the direction of an echo is unknown, as while an INS aligns."""
 
 
 class PoseSense:
@@ -47,8 +48,8 @@ class PoseSense:
         self._jumped_ns = 0
         self._motion = PoseMotion()
         self.disagreement = ""
-        """How places and velocities differ, "" where they do not: obstacles are where they are told to be, but what is
-        told of the closest approach is not."""
+        """How positions and velocities differ, "" where they do not: then obstacles are at their reported positions,
+        but the reported closest approach is wrong."""
 
     def hear(self, pose: Pose) -> str:
         """Take in a pose; say by what it jumps, "" when it does not."""
@@ -81,18 +82,19 @@ class PoseSense:
             self._motion = PoseMotion()
 
     def reasons(self, now_ns: int) -> list[str]:
-        """Say what does not hold together now."""
+        """Return what is inconsistent now."""
         found = []
-        if self._jump and now_ns - self._jumped_ns < TOLD_S * NS:
-            found.append(f"{self._jump}: objects seen before lie elsewhere, and are dropped")
+        if self._jump and now_ns - self._jumped_ns < REPORTED_S * NS:
+            found.append(f"{self._jump}: objects seen before are at wrong positions now, and are dropped")
         if self._newest is not None and self._settled is not None and self._way_m > STILL_M:
             still_s = (self._newest.t_ns - self._settled.t_ns) / NS
             if still_s > STILL_S:
-                told = f"the velocity told makes {self._way_m:.1f} m"
-                found.append(f"the pose's place has stood still for {still_s:.1f} s, in which {told}")
+                way = f"its velocity makes {self._way_m:.1f} m"
+                found.append(f"the position of the INS has been constant for {still_s:.1f} s, although {way}")
         vague = 0.0 if self._newest is None else max(self._newest.sigma_attitude)
         if vague > VAGUE_RAD:
-            found.append(f"the INS tells the attitude to {math.degrees(vague):.0f} deg only: is it still aligning?")
+            sigma = f"{math.degrees(vague):.0f} deg"
+            found.append(f"the INS reports an attitude with a standard deviation of {sigma}: is it still aligning?")
         return found
 
 

@@ -35,9 +35,9 @@ class Snapshot:
     first_seen_utc_ns: Ints
     last_seen_utc_ns: Ints
     unseen_s: Floats
-    """(n,) of the time since then, for so long nobody could look."""
+    """(n,) part of the time since then in which the object was not observed, s."""
     restless: Floats
-    """(n,) as in `Belief`, 0 for observers that do not tell."""
+    """(n,) as in `Belief`, 0 for observers without it."""
 
     def __len__(self) -> int:
         return len(self.id)
@@ -53,7 +53,7 @@ class Snapshot:
         )
 
     def nearest(self, count: int, centre: Floats | None) -> "Snapshot":
-        """Return the `count` objects whose edges are nearest to `centre`, (3,) NED; without one, the first so many."""
+        """Return the `count` objects whose edges are nearest to `centre`, (3,) NED; without one, the first `count`."""
         if len(self) <= count:
             return self
         if centre is None:
@@ -61,7 +61,7 @@ class Snapshot:
         distance = np.hypot(*(self.position[:2] - centre[:2, None])) - self.radius
         return self.take(np.sort(np.argpartition(distance, count)[:count]))
 
-    def carried_on(self, dt: float | Floats, motion: MotionSettings) -> "Snapshot":
+    def extrapolated(self, dt: float | Floats, motion: MotionSettings) -> "Snapshot":
         """Return the same objects `dt` >= 0 seconds later, (n,) or one for all, each at its velocity.
 
         Errors of position and velocity are taken to go together, which a filter's are nearly: the standard deviation
@@ -86,7 +86,7 @@ def _wandered(dt: float | Floats) -> float | Floats:
 
 def snapshot_of(tracks: Tracks) -> Snapshot:
     """Return all confirmed objects of the live tracks."""
-    history, (belief, estimate) = tracks.history, tracks.told()
+    history, (belief, estimate) = tracks.history, tracks.belief_and_moments()
     velocity, velocity_variance = tracks.velocity()
     variance = estimate.variance.copy()
     variance[:2] += estimate.shared[:2]

@@ -1,4 +1,4 @@
-"""Where the vehicle and the sonar's head were, as the messages to the planner tell it."""
+"""Poses of vehicle and head, as reported to the planner."""
 
 from ods.messages import PoseAt
 from ods.pose.buffer import PoseEstimate

@@ -1,4 +1,4 @@
-"""What of the objects are waves of the water's surface: many that run alike, each where the surface may be.
+"""Waves of the water's surface among the objects: many that move alike, each where the surface may be.
 
 A sonar of one plane does not see heights, so that no single echo says whether it is a wave or a body that hangs below.
 But waves come in numbers, run at the same velocity and far from each other, and only where the fan meets the surface.
@@ -19,9 +19,9 @@ from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import SurfaceSettings
 
 LOBES = 2.0
-"""Waves are seen to so many times the half vertical opening: the sides of the main lobe hear them, too."""
+"""Multiple of the half vertical opening to which waves are observed: the sides of the main lobe receive them, too."""
 NEAREST_M = 10.0
-"""What is nearer is always told."""
+"""Range, m, below which everything is reported."""
 SLOWEST = 1.0
 """Waves that a sonar sees, longer than 0.6 m, run faster than this, m/s (c^2 = g length / 2 pi)."""
 SPREAD = 0.25
@@ -29,26 +29,26 @@ SPREAD = 0.25
 VAGUE = 0.7
 """A velocity known to no better, m/s, shows nothing."""
 FEWEST, APART_M = 4, 20.0
-"""So many objects that run alike, the farthest of them so far apart, are waves;"""
+"""Waves are at least this number of objects that move alike, the farthest two of them at least this far apart, m."""
 SUSPECTS = 3
-"""so many that run alike, even side by side, may be."""
+"""Least number that may be waves, even side by side."""
 REMEMBERED_S = 20.0
-"""Their velocity is good for so long after they were last so many."""
+"""Time for which their velocity is remembered, s."""
 ALIKE = 9.2
 """Squared distance, in standard deviations, of velocities that are alike: 99 % of them."""
 GRACE_S = 3.0
-"""What was a wave is none only when it is seen so much later: as waves leave the fan, their tracks stop, or jump to the
+"""Time for which a wave's track still counts as a wave, s: as waves leave the fan, their tracks stop, or jump to the
 next one."""
 YOUNG_S, YOUNG_M = 1.0, 20.0
-"""Where waves are or may be, what is farther than this and may run is told so long after it was confirmed: by then it
-is known how, and whether more run alike."""
+"""Where waves are or may be, an object farther away than this, m, that may move is reported this time, s, after it was
+confirmed: by then its motion is known, and whether others move alike."""
 UNKNOWN_S = 3.0
-"""Where waves are known, what may run and of which the velocity is not known by then waits so long: the edge of the fan
-shows a wave that runs along it in one place."""
+"""Where waves are known, the report of an object that may move with unknown velocity waits this time, s: the edge of
+the fan shows a wave that runs along it at one position."""
 RESTS = 0.8
-"""Probability from which on an object is taken to be at rest."""
+"""Probability from which on an object counts as static."""
 HEIGHT_SIGMAS = 2.0
-"""What hangs lower than the clearance by so many standard deviations is known to."""
+"""Standard deviations below the clearance from which on an object is known to be deeper."""
 
 
 class View(NamedTuple):
@@ -61,7 +61,7 @@ class View(NamedTuple):
     """Of the fan, rad."""
 
 
-class Waves:
+class WaveFilter:
     """The waves among the objects, list by list: their velocity, and which objects have been taken for them."""
 
     def __init__(self, settings: SurfaceSettings) -> None:
@@ -74,7 +74,7 @@ class Waves:
         """and when all objects of the list before this one were first in a list."""
 
     def among(self, snapshot: Snapshot, view: View | None) -> Mask:
-        """Tell (n,) which objects are waves; none of them where nothing is known of the pose."""
+        """Return (n,) bool: objects that are waves; none where the pose is unknown."""
         if view is None or self._settings.list == "all":
             return np.zeros(len(snapshot), bool)
         high, running = may_be_at_surface(snapshot, view, self._settings), runs(snapshot)
@@ -95,7 +95,7 @@ class Waves:
         return np.asarray(waves & ~hangs_low(snapshot, self._settings))
 
     def _young(self, snapshot: Snapshot, utc_ns: int, age_s: float) -> Mask:
-        """Tell (n,) which active objects were first in a list less than so long ago."""
+        """Return (n,) bool: active objects first reported less than `YOUNG_S` ago."""
         self._met_ns = {i: self._met_ns.get(i, utc_ns) for i in snapshot.id.tolist()}
         age_ns = utc_ns - np.array(list(self._met_ns.values()), np.int64)
         return np.asarray((age_ns >= 0) & (age_ns < age_s * NS) & (snapshot.state == lifecycle.ACTIVE))
@@ -129,23 +129,23 @@ class Waves:
 
 
 def runs(snapshot: Snapshot) -> Mask:
-    """Tell (n,) which objects move with a velocity that is known."""
+    """Return (n,) bool: objects that move with a known velocity."""
     return np.asarray(~vague(snapshot) & (snapshot.static < 0.5) & (snapshot.state != lifecycle.HIBERNATED))
 
 
 def vague(snapshot: Snapshot) -> Mask:
-    """Tell (n,) of which objects the velocity shows nothing."""
+    """Return (n,) bool: objects whose velocity is too uncertain to show anything."""
     return np.asarray(snapshot.sigma_velocity[:2].max(axis=0, initial=0.0) >= VAGUE)
 
 
 def hangs_low(snapshot: Snapshot, settings: SurfaceSettings) -> Mask:
-    """Tell (n,) which objects are known to hang lower than the clearance."""
+    """Return (n,) bool: objects known to be deeper than the clearance."""
     lower = snapshot.position[2] - settings.down_m - settings.clearance_m
     return np.asarray(lower > HEIGHT_SIGMAS * snapshot.sigma_position[2])
 
 
 def may_be_at_surface(snapshot: Snapshot, view: View, settings: SurfaceSettings) -> Mask:
-    """Tell (n,) which objects, by their heights and by where their last echoes came from, may be at the surface."""
+    """Return (n,) bool: objects that, by their heights and their last echoes' directions, may be at the surface."""
     age = np.maximum(view.utc_ns - snapshot.last_seen_utc_ns, 0) / NS
     place = (snapshot.position - snapshot.velocity * age).T
     place[:, 2] = settings.down_m

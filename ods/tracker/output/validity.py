@@ -11,18 +11,18 @@ from ods.runtime.ping_pace import PingPace
 LIST_STALE_S = bus.TOPICS["obstacles"].stale_s
 POSE_STALE_S = bus.TOPICS["pose"].stale_s
 BLIND_S = 0.5
-"""Most of the image may be unseen for so long: a drop-out, a ping or two."""
+"""Time for which most of the image may be unobserved, s: a drop-out, a ping or two."""
 MOST = 0.5
 """Share of the image."""
 SETTLE_S = 1.0
 """From the first ping until every object in view can have been confirmed, if pings do not come seldom."""
 TURNS = 4.0
-"""A mechanically scanned sonar looks so often at each object until it can have been confirmed."""
+"""Sweeps of a mechanically scanned sonar until an object can have been confirmed."""
 NO_SIGN = "no sign of life"
 NO_POSE = "no pose for "
 NAV_SAYS = f"nav: {NO_POSE}"
 AWAY_S = 3.0
-"""After so long without sight (no ping, most of the image unseen, no pose) there may be other objects in view."""
+"""Time without coverage (no ping, no pose, most of the image not observed), s: then other objects may be in view."""
 
 
 class InputMonitor:
@@ -44,7 +44,7 @@ class InputMonitor:
         self._started_ns = started_ns
         self.first_ping_ns: int | None = None
         """Transmission of the first ping, that of the tracker that this one goes on for, if it does, or of the first
-        after sight was away; None before it."""
+        after coverage was lost; None before it."""
         self._begun = "the tracker has just started"
         """What was before that ping."""
         self.looked_ns: int | None = None
@@ -64,7 +64,7 @@ class InputMonitor:
         self._ping_ns = t_ns if self._ping_ns is None else max(self._ping_ns, t_ns)
         self._pace.ping(t_ns)
 
-    def sight(self, t_ns: int, unseen_share: float, why: str, *, pose_known: bool = True) -> None:
+    def observed(self, t_ns: int, unseen_share: float, why: str, *, pose_known: bool = True) -> None:
         """The ping transmitted at `t_ns` did not show a share of the image; `why`, in plain words."""
         self._unseen_why = why
         if not unseen_share > MOST and pose_known:
@@ -76,10 +76,10 @@ class InputMonitor:
         """Objects can be tracked by the ping transmitted at `t_ns`."""
         looked_ns = self.looked_ns
         if looked_ns is not None and t_ns - looked_ns > AWAY_S * NS:
-            self.begin_anew(t_ns, "sight has just come back")
+            self.begin_again(t_ns, "coverage has just come back")
         self.looked_ns = t_ns if looked_ns is None else max(looked_ns, t_ns)
 
-    def begin_anew(self, t_ns: int, why: str) -> None:
+    def begin_again(self, t_ns: int, why: str) -> None:
         """From the ping transmitted at `t_ns` on, objects are confirmed as after a start; why, in plain words."""
         self.first_ping_ns, self._begun = t_ns, why
 
@@ -93,7 +93,7 @@ class InputMonitor:
             self._health[message.process] = message
 
     def silent(self, now_ns: int) -> bool:
-        """Return whether no ping came for so long that lists must come without one."""
+        """Return whether the last ping is so old that lists must be sent without one."""
         return self._unheard_for(LIST_STALE_S, now_ns)
 
     def _lost(self, now_ns: int) -> bool:

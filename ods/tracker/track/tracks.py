@@ -26,7 +26,7 @@ EVEN = 0.5
 
 
 class History(NamedTuple):
-    """What became of n objects: (n,) each."""
+    """History of n objects: (n,) each."""
 
     id: Ints
     """0 while tentative."""
@@ -80,7 +80,7 @@ class Tracks:
         """(n,) probability."""
         return self._existence.rows.visible + self._existence.rows.silent
 
-    def told(self) -> tuple[Belief, Estimate]:
+    def belief_and_moments(self) -> tuple[Belief, Estimate]:
         """Return the hypotheses of all objects now, and their moments: computed once for each state of the filters."""
         if self._told is None:
             belief = self._observer.belief()
@@ -97,9 +97,9 @@ class Tracks:
         self.unjudged_s += dt
         self._told = None
 
-    def look_away(self, unwatched_ns: int, rows: Mask | slice = slice(None)) -> None:
-        """Take note that for so long no image showed `rows`: they were not missed in that time."""
-        self._history.rows.unwatched[rows] += unwatched_ns
+    def mark_unobserved(self, unobserved_ns: int, rows: Mask | slice = slice(None)) -> None:
+        """Record a time in which `rows` were not observed, so that they were not missed then."""
+        self._history.rows.unwatched[rows] += unobserved_ns
 
     def restamp(self, moved: Restamp) -> None:
         """Follow a step of UTC."""

@@ -35,7 +35,7 @@ class Operators:
         """`keys`: the folder of keys; None: there are no operators."""
         self.counters: Counter[str] = Counter()
         self.problem = ""
-        """Why nobody can ask, though there is a list."""
+        """Why no operator can ask, though there is a list."""
         self._run_dir = run_dir
         self._folder = None if keys is None else KeyFolder(keys, OPERATORS)
         self._listed = None if self._folder is None else KeyList(self._folder)

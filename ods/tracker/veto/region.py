@@ -1,4 +1,4 @@
-"""Whether an obstacle lies whole inside a region, in the horizontal plane and in depth."""
+"""Test whether an obstacle lies completely inside a region, in the horizontal plane and in depth."""
 
 import math
 from collections.abc import Sequence
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from ods.messages import Obstacle, VetoRegion
 
 SIGMAS = 2.0
-"""Of the depth, which one plane hardly tells."""
+"""Of the depth, which one plane hardly shows."""
 Corner = tuple[float, float]
 
 

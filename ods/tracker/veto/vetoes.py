@@ -13,15 +13,15 @@ from ods.messages import LARGEST_REGION_M, Obstacle, Veto, VetoRegion, VetoReque
 from ods.tracker.veto.region import lies_in
 
 AROUND_M = 2.0
-"""An obstacle that is vetoed by id may move, or grow, by so much: what its place and size change by from ping to
+"""Distance, m, by which an obstacle vetoed by id may move or grow: what its position and size change by from ping to
 ping."""
 MOVES = 0.5
-"""What is more likely than this to move is in no region's veto."""
+"""Probability of motion above which a region's veto does not apply."""
 MOST = 32
 
 
 class VetoState(msgspec.Struct, frozen=True):
-    """What a tracker that is killed leaves to the next one."""
+    """State that a killed tracker leaves to the next one."""
 
     next_number: int = 0
     vetoes: list[Veto] = []
@@ -35,15 +35,15 @@ class Vetoes:
     """Those of one mission."""
 
     def __init__(self, state: VetoState | None = None) -> None:
-        """Begin without any, or go on with those of a former tracker."""
+        """Begin without any, or with those of a former tracker."""
         state = VetoState() if state is None else state
         self._next_number = state.next_number
         self._held = list(state.vetoes)
         self.ended: list[str] = []
-        """What ended of itself since this was last emptied, in plain words."""
+        """Vetoes that ended by themselves since this was last emptied, a text each."""
 
     def state(self) -> VetoState:
-        """Return what a next tracker goes on with."""
+        """Return the state for the next tracker."""
         return VetoState(self._next_number, list(self._held))
 
     def held(self, now_ns: int, utc_of: Callable[[int], int]) -> list[Veto]:
@@ -54,13 +54,13 @@ class Vetoes:
     def ignore(self, request: VetoRequest, author: str, present: Sequence[Obstacle], now_ns: int) -> None:
         """Hold a veto; `present`: the obstacles of now. Raises RefusedError."""
         if len(self._held) >= MOST:
-            raise RefusedError(f"{MOST} vetoes hold already: restore one first")
+            raise RefusedError(f"{MOST} vetoes are in force already: restore one first")
         region = request.region
         if request.id is not None:
             region = _around(obstacle_of(request.id, present))
             self._held = [veto for veto in self._held if veto.id != request.id]
         if region is None or request.for_s is None:
-            raise RefusedError("neither id nor region, or no time")
+            raise RefusedError("needs an id or a region, and a time")
         until_ns = now_ns + round(request.for_s * NS)
         self._held.append(
             Veto(
@@ -84,7 +84,7 @@ class Vetoes:
         ]
         if len(kept) == len(self._held):
             named = f"number {request.number}" if request.id is None else f"obstacle {request.id}"
-            raise RefusedError(f"no veto of {named}: a region's is restored by its number")
+            raise RefusedError(f"no veto of {named}: restore the veto of a region by its number")
         self._held = kept
 
     def drop(self, gone: int, why: str) -> None:

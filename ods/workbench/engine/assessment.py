@@ -34,8 +34,8 @@ ROUNDS = 5
 OTHERS = ("no filter", "FIR 9", "FIR 15", "box 5", "median 5", "Wiener 9", "Gaussian 2.5", "FIR 9 x 3 beams")
 """Filters that are compared, with the two-level detector."""
 
-Tell = Callable[[float], bool]
-"""Is told the share that is done; what it returns says whether to go on."""
+Progress = Callable[[float], bool]
+"""Gets the share that is done; returns whether to continue."""
 
 
 class GivenUpError(Exception):
@@ -85,12 +85,12 @@ def point_of(name: str, pipeline: PipelineSettings) -> Point:
     return _point(name, pipeline, configured(pipeline))
 
 
-def others(tell: Tell) -> list[Point]:
+def others(progress: Progress) -> list[Point]:
     """Return the points of the default chain and of OTHERS. Raises GivenUpError."""
     detector = DETECTORS["two-level"]
     points = []
     for done, name in enumerate(OTHERS):
-        _go_on(tell, done / (len(OTHERS) + 1))
+        _go_on(progress, done / (len(OTHERS) + 1))
         setting = setting_of(name, (*EQUALIZERS, *FILTERS[name]), detector, ATTENTION[""])
         points.append(_point(name, setting.settings[len(setting.settings) // 2], setting))
     return [point_of(DEFAULT, PipelineSettings()), *points]
@@ -110,7 +110,7 @@ def even_values(low: float, high: float, count: int, *, by_factors: bool, whole:
     return list(dict.fromkeys(round(value) if whole else float(f"{value:.6g}") for value in values.tolist()))
 
 
-def swept(state: State, path: str, values: Sequence[Any], tell: Tell) -> list[SweepPoint]:
+def swept(state: State, path: str, values: Sequence[Any], progress: Progress) -> list[SweepPoint]:
     """Return what each value of a setting of A gives, at the chain's own levels; what the setting refuses is left out.
 
     Raises StageError, GivenUpError; PathError where it refuses all.
@@ -127,14 +127,14 @@ def swept(state: State, path: str, values: Sequence[Any], tell: Tell) -> list[Sw
     spent = milliseconds([each for _, each in settings], images()[0].ping, ROUNDS)
     points = []
     for done, ((value, each), ms) in enumerate(zip(settings, spent, strict=True)):
-        _go_on(tell, done / len(settings))
+        _go_on(progress, done / len(settings))
         score = score_of(each, images())
         points.append(SweepPoint(value, score.detection_probability, score.false_per_image, ms))
     return points
 
 
-def _go_on(tell: Tell, share: float) -> None:
-    if not tell(share):
+def _go_on(progress: Progress, share: float) -> None:
+    if not progress(share):
         raise GivenUpError
 
 

@@ -29,9 +29,9 @@ KEPT_BYTES = 16 << 20
 LONGEST_S = 86_400.0
 """Of a scene: its whole path is laid out when it is opened."""
 FAN_SUFFIX = ".toml"
-"""Of the file beside a clip that tells the fan's geometry: pike1.toml beside pike1.avi."""
+"""Of the file beside a clip that holds the fan's geometry: pike1.toml beside pike1.avi."""
 PERIOD_PINGS = 8
-"""Pings whose times tell the period."""
+"""Number of pings from whose times the period is taken."""
 
 
 class DataError(OdsError):
@@ -74,7 +74,7 @@ class Data:
     pings: Sequence[Ping]
     """Made when they are asked for; asking may raise OdsError."""
     poses: Sequence[Pose] = ()
-    """In order of time, or of receipt where a recording tells them; none: nothing can be tracked."""
+    """In order of time, or of receipt where a recording has them; none: nothing can be tracked."""
     timed: bool = True
     """False: single images, of which no time is known."""
     truths: Mapping[int, Truth] = field(default_factory=dict)
@@ -95,7 +95,7 @@ class Data:
         return self.truths.get(self.pings[place].ping_number)
 
     def poses_about(self, t_ns: int, before: int) -> Sequence[Pose]:
-        """Return the last poses, so many, up to an instant, and the one after it."""
+        """Return this number of poses up to an instant, and the one after it."""
         after = place_after(self.poses, t_ns, lambda pose: pose.t_ns)
         return self.poses[max(0, after - before) : after + 1]
 
@@ -145,7 +145,7 @@ def _simulated(reference: DataReference, scene: SceneFile | None, folders: Seque
     if reference.sonar.endswith(".toml"):
         readable(reference.sonar, folders)
     elif "/" in reference.sonar:
-        raise DataError(f"sonar: {reference.sonar} is no name")
+        raise DataError(f"sonar: {reference.sonar} is not a name")
     model = find_sonar(reference.sonar, Path(reference.path) if reference.path else None)
     try:
         source = simulated(Scene(scene), model)

@@ -32,7 +32,7 @@ LOOK_S = 0.25
 """Between two looks at who is silent."""
 LOG_LINES = 300
 RATE_S = 3.0
-"""Messages of so long tell a rate."""
+"""Time over which a rate is measured, s."""
 PATH_S = 0.5
 """Between two places of the way that is kept,"""
 PATH_PLACES = 2000
@@ -176,13 +176,13 @@ class Live:
 
     def verdict(self, now_ns: int) -> Verdict:
         """Return what a planner has to make of the newest list: silence of the tracker is a reason, too."""
-        told, age_s = self.obstacles, self.age_s("obstacles", now_ns)
-        if told is None or age_s is None:
+        latest, age_s = self.obstacles, self.age_s("obstacles", now_ns)
+        if latest is None or age_s is None:
             return Verdict(False, (f"no obstacle list yet{bus.hindrance(self.run_dir, 'tracker')}",), "")
         if age_s > bus.TOPICS["obstacles"].stale_s:
             why = bus.hindrance(self.run_dir, "tracker")
             return Verdict(False, (f"no obstacle list for {age_s:.1f} s{why}",), "")
-        return Verdict(told.valid, tuple(told.reasons), "; ".join(cautions(told)))
+        return Verdict(latest.valid, tuple(latest.reasons), "; ".join(cautions(latest)))
 
     def health_age_s(self, process: str, now_ns: int) -> float | None:
         """Return how old the newest word of a process about itself is; None: there was none."""
@@ -205,14 +205,14 @@ class Live:
                 for topic, message in received:
                     self._take(topic, message, now_ns)
                 for topic in dict.fromkeys(topic for topic, _ in received if topic != bus.HEALTH):
-                    self._listeners.tell(topic)
+                    self._listeners.notify(topic)
                 if now_ns - looked_ns >= LOOK_S * NS:
                     looked_ns = now_ns
                     for subscription in subscriber.subscriptions:
                         self.lost += subscription.counters
                         subscription.counters.clear()
                     self._look(now_ns)
-                    self._listeners.tell("")
+                    self._listeners.notify("")
 
     def _received(self, subscriber: bus.Subscriber) -> list[tuple[str, Any]]:
         try:
@@ -251,8 +251,8 @@ class Live:
     def _look(self, now_ns: int) -> None:
         """Log what changed since the last look."""
         verdict = self.verdict(now_ns)
-        told = "the list is valid" if verdict.valid else "the list is NOT VALID: " + "; ".join(verdict.reasons)
-        self._say_once("list", told, not verdict.valid)
+        line = "the list is valid" if verdict.valid else "the list is NOT VALID: " + "; ".join(verdict.reasons)
+        self._say_once("list", line, not verdict.valid)
         silences = self.silences(now_ns)
         for topic in ("ping", "pose", "detections"):
             why = next((text for text in silences if text.startswith(f"no {WORDS[topic]}")), "")

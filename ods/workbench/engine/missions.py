@@ -76,7 +76,7 @@ def _of_journal(file: Path) -> Iterator[Choice]:
     except OSError as error:
         raise OdsError(f"{file}: {reason_of(error)}") from error
     except (ValueError, msgspec.MsgspecError) as error:
-        raise OdsError(f"{file}: of another version of ODS, or no results of missions: {error}") from error
+        raise OdsError(f"{file}: from another version of ODS, or not results of missions: {error}") from error
     return (Choice(campaign, file.parent.name, each.mission, each) for each in outcomes if each.arm == ARM)
 
 
@@ -92,25 +92,25 @@ def _badness(choice: Choice) -> tuple[int, float]:
     return order[outcome.ending], math.inf if outcome.clearance_m is None else outcome.clearance_m
 
 
-def fly(choice: Choice, tell: Callable[[float], None], ends: Callable[[], bool]) -> Voyage | None:
-    """Fly a mission with the list of pipeline and tracker; None: `ends` told to give up. Raises OdsError.
+def fly(choice: Choice, progress: Callable[[float], None], ends: Callable[[], bool]) -> Voyage | None:
+    """Fly a mission with the list of pipeline and tracker; None: `ends` asked to stop. Raises OdsError.
 
-    tell: gets the share of the straight way that is done, 0 to 1.
+    progress: gets the share of the straight way that is done, 0 to 1.
     """
     campaign = choice.campaign
     flight = flight_of(campaign, choice.number, ARM, setup_of(campaign))
     for state in flight.pings():
         if ends():
             return None
-        tell(min(1.0, max(0.0, state.north_m / campaign.world.length_m)))
+        progress(min(1.0, max(0.0, state.north_m / campaign.world.length_m)))
     world, now = flight.world, flight.vehicle.way[-1].t_s
     start, end = world.places(0.0).tolist(), world.places(now).tolist()
-    told = [] if flight.heard is None else flight.heard.list.obstacles
+    obstacles = [] if flight.heard is None else flight.heard.list.obstacles
     return Voyage(
         flight.outcome(),
         [(state.north_m, state.east_m) for state in flight.vehicle.way[::4]],
         (campaign.world.length_m, 0.0),
         [((n, e), r) for (n, e), r in zip(end, world.radius_m.tolist(), strict=True)],
         [((a, b), (c, d)) for (a, b), (c, d) in zip(start, end, strict=True) if (a, b) != (c, d)],
-        [(each.position_ned[:2], each.radius_m) for each in told],
+        [(each.position_ned[:2], each.radius_m) for each in obstacles],
     )

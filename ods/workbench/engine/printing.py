@@ -20,14 +20,14 @@ from ods.workbench.model.state import State, Tuning
 
 
 def detections_of(ping: Ping, tuning: Tuning) -> Detections:
-    """Return what a chain finds in one ping alone. Raises StageError; OdsError for a ping that makes no sense."""
+    """Return what a chain finds in one ping alone. Raises StageError; OdsError for an invalid ping."""
     for result in detect_pings([ping], tuning.pipeline()):
         return result.detections
-    raise OdsError(f"ping {ping.ping_number}: makes no sense")
+    raise OdsError(f"ping {ping.ping_number}: its contents are invalid")
 
 
 def print_ping(ping: Ping, tuning: Tuning, file: Path, folders: Sequence[Path], *, name: str, style: str) -> Path:
-    """Draw a ping with its detections into a file; its ending tells the format. Raises OdsError, StageError."""
+    """Draw a ping with its detections into a file; its ending chooses the format. Raises OdsError, StageError."""
     place = place_to_write(file, PICTURES, folders)
     found = detections_of(ping, tuning)
     from ods.plots.fan import ping_figure
@@ -44,10 +44,12 @@ def print_ping(ping: Ping, tuning: Tuning, file: Path, folders: Sequence[Path], 
     return place
 
 
-def record_movie(data: Data, tuning: Tuning, file: Path, folders: Sequence[Path], *, tell: GoesOn, style: str) -> Path:
+def record_movie(
+    data: Data, tuning: Tuning, file: Path, folders: Sequence[Path], *, progress: GoesOn, style: str
+) -> Path:
     """Write a run over all pings as a movie: images beside the plan. Raises OdsError, StageError.
 
-    tell: is told the share that is done; when it returns false, what has been drawn until then is written.
+    progress: gets the share that is done; when it returns false, what has been drawn until then is written.
     """
     place = place_to_write(file, MOVIES, folders)
     from ods.plots.style import drawn_in
@@ -60,7 +62,7 @@ def record_movie(data: Data, tuning: Tuning, file: Path, folders: Sequence[Path]
         outputs = Outputs(wanted, source, count, Mounting(settings.mounting))
         for done, step in enumerate(Mission(settings).steps(source.pings, source.poses), 1):
             outputs.take(step)
-            if not tell(done / count):
+            if not progress(done / count):
                 break
         outputs.write()
     return place
@@ -73,10 +75,10 @@ def ping_of(_: GoesOn, state: State, read: Sequence[Path], file: Path, *, style:
     return print_ping(ping, state.tuning, file, [file.parent], name=called(state), style=style)
 
 
-def movie_of(tell: GoesOn, state: State, read: Sequence[Path], file: Path, *, style: str) -> Path:
+def movie_of(progress: GoesOn, state: State, read: Sequence[Path], file: Path, *, style: str) -> Path:
     """Record the movie of a state's mission; read: folders of its data. `file` may lie anywhere. Raises OdsError."""
     data = open_data(state.data, state.scene, read)
-    return record_movie(data, state.tuning, file, [file.parent], tell=tell, style=style)
+    return record_movie(data, state.tuning, file, [file.parent], progress=progress, style=style)
 
 
 def echogram_of(_: GoesOn, echogram: Echogram, layers: Layers, state: State, file: Path, *, style: str) -> Path:

@@ -11,7 +11,7 @@ ShapeName = Literal["sphere", "cylinder", "plane"]
 
 
 class Action(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do"):
-    """Base of all actions; `do` tells them apart in JSON."""
+    """Base of all actions; `do` distinguishes them in JSON."""
 
 
 class SetSetting(Action, frozen=True, tag="set"):

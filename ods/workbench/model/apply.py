@@ -84,7 +84,7 @@ def _remove_label(state: State, action: do.RemoveLabel) -> State:
 
 def _swap(state: State, _: do.SwapAB) -> State:
     if state.other is None:
-        raise PathError("B: there is none; keep a configuration as B first")
+        raise PathError("B: none is kept; keep a configuration as B first")
     return replace(state, tuning=state.other, other=state.tuning)
 
 

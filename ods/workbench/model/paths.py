@@ -68,7 +68,7 @@ def _as_path(wanted: type, value: Any) -> Any:
 
 def _steps(path: str) -> list[str | int]:
     if not re.fullmatch(r"\w+(\[\d+\])*(\.\w+(\[\d+\])*)*", path):
-        raise PathError(f"{path or 'path'}: no path of a setting")
+        raise PathError(f"{path or 'path'}: not the path of a setting")
     return [int(index) if index else name for name, index in re.findall(r"(\w+)|\[(\d+)\]", path.replace("[", ".["))
             if name or index]  # fmt: skip
 

@@ -43,7 +43,7 @@ def state_of(text: str, trusted: State) -> State:
             raise ShareError(f"link: unpacks to more than {LONGEST_JSON} bytes")
         return _with_trusted_files(typed(tables, State), trusted)
     except (binascii.Error, zlib.error, ValueError, RecursionError, PathError) as error:
-        raise ShareError(f"link: no state of a workbench: {' '.join(str(error).split())[:200]}") from error
+        raise ShareError(f"link: not a state of the workbench: {' '.join(str(error).split())[:200]}") from error
 
 
 def _with_trusted_files(state: State, trusted: State) -> State:

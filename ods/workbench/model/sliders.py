@@ -19,7 +19,7 @@ LOG_POSITIONS = 120
 LINEAR_POSITIONS = 200
 """Of sliders whose step is not reported."""
 SPREAD = 30.0
-"""A number of which only the sign is known is shown from this part of its default to so many times it."""
+"""A number of which only the sign is known is shown from its default over this factor to its default times it."""
 DIGITS = 3
 """Significant digits of what a logarithmic slider gives."""
 
@@ -111,11 +111,11 @@ def controls_of(
 
     names: what texts may be, by path, where a register knows.
     """
-    told = inspect.type_info(kind)
-    assert isinstance(told, inspect.StructType)
+    info = inspect.type_info(kind)
+    assert isinstance(info, inspect.StructType)
     meaning = field_docs(kind)
     found: list[Control] = []
-    for field in told.fields:
+    for field in info.fields:
         here = f"{path}{field.encode_name}"
         if isinstance(field.type, inspect.StructType) and issubclass(field.type.cls, Settings):
             found += controls_of(field.type.cls, names, f"{here}.")

@@ -14,11 +14,11 @@ NAMES = {
     "cutoff": "cut-off", "beam_cutoff": "cut-off over beams", "position_ned": "place", "velocity_ned": "velocity",
     "split_db": "split depth", "life": "lives", "echo": "echoes", "stand_by_s": "stand-by",
 }  # fmt: skip
-"""Those that their own words do not tell."""
+"""Names that their keys do not show."""
 
 
 class Called(NamedTuple):
-    """A setting's name in words, and its unit; empty: it has none, or the name does not tell."""
+    """A setting's name in words, and its unit; empty: it has none, or the name does not show it."""
 
     name: str
     unit: str

@@ -45,7 +45,7 @@ def build(session: Session) -> None:
 
 
 class _Background:
-    """A label and a bar that tell how far work in the background has come."""
+    """A label and a bar that show the progress of work in the background."""
 
     def __init__(self) -> None:
         self.label = ui.label().classes("text-sm")
@@ -98,11 +98,11 @@ class _ChainsCard:
         return points
 
     def _goes_on(self, what: str) -> Callable[[float], bool]:
-        def tell(share: float) -> bool:
+        def progress(share: float) -> bool:
             self._work.share(share, what)
             return not self._newest.overtaken or not _others
 
-        return tell
+        return progress
 
     def _tell(self, _: Chains, points: list[Point]) -> None:
         self._work.ended()
@@ -220,16 +220,16 @@ class _SweepCard:
         self._newest.ask(Sweep(self._session.state, number, values))
 
     def _sweep(self, sweep: Sweep) -> list[SweepPoint]:
-        def tell(share: float) -> bool:
+        def progress(share: float) -> bool:
             self._work.share(share, sweep.number.label)
             return not self._newest.overtaken
 
-        return assessment.swept(sweep.state, sweep.number.path, sweep.values, tell)
+        return assessment.swept(sweep.state, sweep.number.path, sweep.values, progress)
 
     def _tell(self, sweep: Sweep, points: list[SweepPoint]) -> None:
         refused = len(sweep.values) - len(points)
-        told = f", and {refused} that the setting refuses" if refused else ""
-        self._work.ended(f"{sweep.number.label}: {len(points)} values{told}")
+        note = f", and {refused} that the setting refuses" if refused else ""
+        self._work.ended(f"{sweep.number.label}: {len(points)} values{note}")
         in_loop(self._chart, lambda: self._show(sweep, points))
 
     def _fail(self, _: Sweep, error: Exception) -> None:

@@ -71,12 +71,12 @@ class _Card:
     def make(self, ends: threading.Event) -> None:
         """Make the pictures, in the thread of the caller, and show them."""
 
-        def tell(share: float) -> bool:
+        def progress(share: float) -> bool:
             self._tell(share)
             return not ends.is_set()
 
         try:
-            result = made(self._exhibit, self._base, gallery_folder(), tell)
+            result = made(self._exhibit, self._base, gallery_folder(), progress)
         except Exception as error:  # a bad file does not take the others away
             why = one_line(error)
             in_loop(self._card, lambda: self._say(why))

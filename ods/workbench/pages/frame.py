@@ -218,7 +218,7 @@ class _Menus:
                 ui.label(f"opening {menu.name} ...")
 
             async def fill() -> None:
-                with contextlib.suppress(Exception):  # it is told when it is built
+                with contextlib.suppress(Exception):  # it is shown when it is built
                     await run.io_bound(importlib.import_module, menu.module)
                 panel.clear()
                 with panel:

@@ -1,5 +1,5 @@
-"""Menu "Live": a vehicle's own bus, read only: what it sees, what a planner is told and why, how its processes are,
-what operators veto."""
+"""Menu "Live": a vehicle's own bus, read only: what it sees, what a planner receives and why, the state of its
+processes, and operators' vetoes."""
 
 from datetime import UTC, datetime
 from pathlib import Path
@@ -150,16 +150,17 @@ class _LivePage:
         self._silence.set_text("; ".join(live.silences(now_ns)))
         self._fan.set_busy(next((text for text in live.silences(now_ns) if text.startswith("no pings")), ""))
         self._tables.show(now_ns)
-        told = live.obstacles
-        self._numbers.rows = [] if told is None else [numbers(item) for item in told.obstacles]
+        latest = live.obstacles
+        self._numbers.rows = [] if latest is None else [numbers(item) for item in latest.obstacles]
         self._draw_plan()
         self._draw_latency(now_ns)
         self._draw_log()
 
     def _draw_verdict(self, verdict: Verdict) -> None:
-        told = self._live.obstacles
-        if verdict.valid and told is not None:
-            text = f"VALID: a planner may rely on the list of ping {told.ping_number}, {len(told.obstacles)} obstacles"
+        latest = self._live.obstacles
+        if verdict.valid and latest is not None:
+            count = len(latest.obstacles)
+            text = f"VALID: a planner may rely on the list of ping {latest.ping_number}, {count} obstacles"
         else:
             text = "NOT VALID: " + "; ".join(verdict.reasons)
         colour = "bg-positive" if verdict.valid else "bg-negative"
@@ -170,20 +171,20 @@ class _LivePage:
 
     def _draw_plan(self) -> None:
         live = self._live
-        pose, told = live.pose, live.obstacles
+        pose, latest = live.pose, live.obstacles
         shapes: list[Shape] = []
         if len(live.path) > 1:
             shapes.append(Way(list(live.path), "vehicle"))
         true = () if live.truth is None else live.truth.objects
         shapes += [Circle(observer_plan.flat(item.position_ned), item.radius_m, "truth") for item in true]
         marked = self._session.state.view.marked_obstacle
-        if told is not None:
-            shapes += veto_shapes(told)
-            shapes += observer_plan.objects(told, marked)
+        if latest is not None:
+            shapes += veto_shapes(latest)
+            shapes += observer_plan.objects(latest, marked)
         if pose is not None:
             velocity = np.array(rotated(pose.attitude, pose.velocity_body))
-            if told is not None:
-                shapes += observer_plan.approach(told, marked, np.array(pose.position_ned), velocity)
+            if latest is not None:
+                shapes += observer_plan.approach(latest, marked, np.array(pose.position_ned), velocity)
             shapes.append(Mark(observer_plan.flat(pose.position_ned), "vehicle", heading_of(pose.attitude)))
         self._plan.show("now", shapes)
 

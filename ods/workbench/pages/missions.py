@@ -33,8 +33,8 @@ class _Missions:
                 self._list = ui.list().props("dense bordered").classes("w-full max-h-96 overflow-auto")
             with ui.column().classes("grow min-w-0"):
                 with ui.row().classes("items-center w-full"):
-                    self._told = ui.label("Choose a mission: it is flown with configuration and world of its campaign.")
-                    self._told.classes("text-sm").mark("mission told")
+                    self._line = ui.label("Choose a mission: it is flown with configuration and world of its campaign.")
+                    self._line.classes("text-sm").mark("mission result")
                     self._stop = ui.button("stop", on_click=self._ends.set).props("flat dense no-caps")
                     self._stop.set_visibility(False)
                 self._bar = ui.linear_progress(value=0.0, show_value=False).props("instant-feedback")
@@ -70,18 +70,18 @@ class _Missions:
         if voyage is not None:
             self._plan.show("voyage", shapes_of(voyage))
             self._plan.fit()
-            self._told.set_text(f"{choice.name}, mission {choice.number}: {said_of(voyage.outcome)}")
+            self._line.set_text(f"{choice.name}, mission {choice.number}: {said_of(voyage.outcome)}")
 
     def _work(self, choice: Choice) -> Voyage | None:
         last = 0.0
 
-        def tell(share: float) -> None:
+        def progress(share: float) -> None:
             nonlocal last
             if share - last >= PROGRESS_STEP:
                 last = share
                 in_loop(self._bar, lambda: self._bar.set_value(share))
 
-        return fly(choice, tell, self._ends.is_set)
+        return fly(choice, progress, self._ends.is_set)
 
     def _running(self, on: bool) -> None:
         self._flying = on

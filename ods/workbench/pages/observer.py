@@ -1,4 +1,4 @@
-"""Menu "Observer": the mission tracked again as settings move; plan, courses over time, lives, objects at rest."""
+"""Menu "Observer": the mission tracked again as settings move; plan, courses over time, lives, static objects."""
 
 import numpy as np
 from nicegui import ui
@@ -88,7 +88,7 @@ class _Observer:
         ui.keyboard(self._pressed, ignore=["input", "select", "textarea", "button"])
         with ui.row().classes("w-full gap-2 items-start"):
             self._now = table("Tracks at this ping", NUMBERS, self._mark)
-            self._rest = table("At rest: what the map has after the mission", AT_REST, self._mark)
+            self._rest = table("Static: objects in the map after the mission", AT_REST, self._mark)
             self._scores = table("Against the truth", SCORES, None)
 
     # -- what is asked for --
@@ -212,9 +212,9 @@ class _Observer:
 
     def _list_objects(self) -> None:
         self._table_waits = False
-        told = None if self._drawn is None else self._drawn.list_at(self._session.state.ping)
+        latest = None if self._drawn is None else self._drawn.list_at(self._session.state.ping)
         name_of = track_name if self._drawn is None else self._drawn.name_of
-        self._now.rows = [] if told is None else [numbers(each, name_of(each.id)) for each in told.obstacles]
+        self._now.rows = [] if latest is None else [numbers(each, name_of(each.id)) for each in latest.obstacles]
 
 
 def tracking_progress(progress: Progress | None) -> str:
@@ -234,7 +234,7 @@ def _summary(data: DataReference, result: Tracked | None) -> str:
     source = "simulated, truth known" if data.kind == "scene" else "recording"
     if data.kind == "file" and result.truths:
         source = "recording with truth"
-    text = f"{source}: {len(result.t_s)} pings, {len(result.courses)} tracks, {len(result.at_rest)} at rest"
+    text = f"{source}: {len(result.t_s)} pings, {len(result.courses)} tracks, {len(result.at_rest)} static"
     if result.scores:
         switches = sum(max(0, len(score.ids) - 1) for score in result.scores)
         text += (

@@ -258,7 +258,7 @@ class _Page:
         return f"{text}: dB over the median, {', '.join(levels)}"
 
     # -- what comes of it --
-    def told(self, answer: Answer) -> None:
+    def answered_with(self, answer: Answer) -> None:
         """Take an answer, in the thread of the work: the picture first, then what is beside it."""
         for name, frame in frames_of(answer).items():
             self._board.show(name, frame)

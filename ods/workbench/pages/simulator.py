@@ -28,11 +28,11 @@ IMAGE = "scene"
 SCALE_DB = (-30.0, 60.0)
 """Levels over the median that the image can show."""
 NEAR_M = 3.0
-"""So far beside a handle's place a click still selects what it belongs to."""
+"""Distance from a handle within which a click selects its object."""
 
 
 def build(session: Session) -> None:
-    """Build the menu; with another scene opened, anew."""
+    """Build the menu, and again when another scene is opened."""
     _Menu(session)
 
 

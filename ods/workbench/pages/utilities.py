@@ -135,18 +135,18 @@ def _draw_echogram(session: Session, state: State, place: Path, style: str) -> N
 
 
 def _movie(session: Session) -> None:
-    """Build what records the whole run as a movie, and stops where it is told to."""
+    """Build what records the whole run as a movie, and stops on request."""
     name = ui.input("file: .webp or .gif", value=_new_file(session, "mission.webp")).classes("w-full")
     bar = ui.linear_progress(0.0, show_value=False).classes("w-full")
     stops: list[bool] = []
 
-    def tell(share: float) -> bool:
+    def progress(share: float) -> bool:
         in_loop(bar, lambda: bar.set_value(share))
         return not stops
 
     def record(place: Path) -> None:
         stops.clear()
-        in_own_process(printing.movie_of, tell, session.state, session.folders, place, style="dark")
+        in_own_process(printing.movie_of, progress, session.state, session.folders, place, style="dark")
 
     with ui.row():
         sending.buttons(session, "Record", lambda: name.value or "", record)
@@ -196,7 +196,7 @@ def _bookmarks(session: Session) -> None:
 
     def mark() -> None:
         if not text.value:
-            raise OdsError("bookmark: say what is to be seen there")
+            raise OdsError("bookmark: needs a text")
         session.do(SetBookmark(session.state.ping, text.value))
         text.set_value("")
 

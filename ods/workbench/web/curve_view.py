@@ -58,10 +58,10 @@ class CurveView(Element, component="curve_view.js", esm={"ods-charts": "charts"}
         shown = msgspec.json.encode({"title": title, "x": x, "y": y, "curves": curves, "lines": lines}).decode()
         if self._props["shown"] == shown:
             return
-        with self._props.suspend_updates():  # only the script is told: NiceGUI would send all again
+        with self._props.suspend_updates():  # only the script gets it: NiceGUI would send all again
             self._props["shown"] = shown
         self.run_method("show", shown)
 
-    def on_drag(self, told: Callable[[str, float], None]) -> None:
-        """Call `told` with the name of a line that is dragged, and its new value."""
-        self.on("drag", lambda event: told(str(event.args["name"]), float(event.args["value"])))
+    def on_drag(self, callback: Callable[[str, float], None]) -> None:
+        """Call `callback` with the name of a line that is dragged, and its new value."""
+        self.on("drag", lambda event: callback(str(event.args["name"]), float(event.args["value"])))

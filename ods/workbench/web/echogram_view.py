@@ -34,7 +34,7 @@ class EchogramPicture:
     version: int = field(default_factory=new_version)
 
     def header(self) -> dict[str, Any]:
-        """Return what the view is told beside the cells."""
+        """Return what the view gets besides the cells."""
         return {
             "pings": self.pings,
             "per_column": self.per_column,
@@ -79,9 +79,9 @@ class EchogramView(Element, component="echogram_view.js", esm={"ods-charts": "ch
         """Say what is still to come; empty: it is the newest."""
         self._set("busy", why)
 
-    def on_pick(self, told: Callable[[int], None]) -> None:
-        """Call `told` with the place of the ping that is clicked at."""
-        self.on("pick", lambda event: told(int(event.args["place"])))
+    def on_pick(self, callback: Callable[[int], None]) -> None:
+        """Call `callback` with the place of the ping that is clicked at."""
+        self.on("pick", lambda event: callback(int(event.args["place"])))
 
     def _follow(self, before: State, after: State) -> None:
         if before.ping != after.ping:
@@ -90,7 +90,7 @@ class EchogramView(Element, component="echogram_view.js", esm={"ods-charts": "ch
             self._set(name, value)
 
     def _set(self, name: str, value: object) -> None:
-        """Tell the script of one property; NiceGUI would send all of them."""
+        """Send the script one property; NiceGUI would send all of them."""
         if self._props.get(name) != value:
             with self._props.suspend_updates():
                 self._props[name] = value

@@ -75,13 +75,13 @@ class FanView(Element, component="fan_view.js", esm={"ods-charts": "charts"}):
         """Mark a place in this view and all others of the page."""
         self.run_method("point", range_m, bearing_rad)
 
-    def on_hover(self, told: Callable[[Spot], None]) -> None:
-        """Call `told` with the place under the pointer, as it moves."""
-        self.on("hover", lambda event: told(_spot(event)), throttle=HOVER_S)
+    def on_hover(self, callback: Callable[[Spot], None]) -> None:
+        """Call `callback` with the place under the pointer, as it moves."""
+        self.on("hover", lambda event: callback(_spot(event)), throttle=HOVER_S)
 
-    def on_pick(self, told: Callable[[Spot], None]) -> None:
-        """Call `told` with the place of a click; pages do `SetView("pinned_beam", spot.beam)`."""
-        self.on("pick", lambda event: told(_spot(event)))
+    def on_pick(self, callback: Callable[[Spot], None]) -> None:
+        """Call `callback` with the place of a click; pages do `SetView("pinned_beam", spot.beam)`."""
+        self.on("pick", lambda event: callback(_spot(event)))
 
     def _follow(self, before: State, after: State) -> None:
         shown = _shown(after.view)
@@ -111,8 +111,8 @@ def _ends(told: object) -> tuple[int, int]:
 
 
 def _spot(event: GenericEventArguments) -> Spot:
-    told = event.args
+    args = event.args
     return Spot(
-        float(told["range_m"]), float(told["bearing_rad"]), int(told["beam"]), int(told["sample"]),
-        float(told["level_db"]),
+        float(args["range_m"]), float(args["bearing_rad"]), int(args["beam"]), int(args["sample"]),
+        float(args["level_db"]),
     )  # fmt: skip

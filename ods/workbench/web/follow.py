@@ -30,11 +30,11 @@ def in_loop(element: Element, call: Callable[[], object], after_s: float = 0.0) 
 def follow(session: Session, element: Element, changed: Callable[[State, State], object]) -> None:
     """Call `changed` with the state before and after each change, as `in_loop`, while the element lives."""
 
-    def told(before: State, after: State) -> None:
+    def on_change(before: State, after: State) -> None:
         if element.is_deleted:
             stop()
         else:
             in_loop(element, lambda: changed(before, after))
 
-    stop = session.listen(told)
+    stop = session.listen(on_change)
     element.client.on_delete(stop)

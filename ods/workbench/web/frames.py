@@ -68,7 +68,7 @@ class Frame:
     """Another for each frame of this program."""
 
     def header(self) -> dict[str, Any]:
-        """Return what the fan view is told beside the cells."""
+        """Return what the fan view gets besides the cells."""
         return {
             "range0_m": self.range0_m,
             "dr_m": self.dr_m,
@@ -97,7 +97,7 @@ class Picture(Protocol):
         """From `new_version`."""
 
     def header(self) -> dict[str, Any]:
-        """Return what the view is told beside the cells, as JSON has it."""
+        """Return what the view gets besides the cells, as JSON."""
 
 
 class FrameSource(Protocol):
@@ -213,7 +213,7 @@ def _header(frame: Picture, cells: Cells, pool: int) -> dict[str, Any]:
 
 
 def wake() -> None:
-    """Tell all pages that wait that something else may be to be seen. From any thread."""
+    """Notify all waiting pages that something new may be shown. From any thread."""
     for waiter in list(_WAITERS):
         waiter.wake()
 

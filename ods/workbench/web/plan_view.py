@@ -46,7 +46,7 @@ class Circle(msgspec.Struct, frozen=True, tag_field="kind", tag="circle"):
     role: Role
     label: str = ""
     id: str = ""
-    """Told when it is clicked at; empty: it cannot be."""
+    """Id reported when it is clicked on; empty: it cannot be."""
     dashed: bool = False
     marked: bool = False
 
@@ -104,14 +104,14 @@ class Drag(NamedTuple):
 
 
 class PlanView(Element, component="plan_view.js", esm={"ods-charts": "charts"}):
-    """Shapes in layers, drawn in the order in which the layers came first; what is set anew replaces its layer only.
+    """Shapes in layers, drawn in the order in which the layers came first; a layer set again is replaced alone.
 
     Wheel: zoom; drag: pan; double click: all of it again; ruler (M), or Shift and drag: measure. It fills the width
     that it is given; `height` as in CSS.
     """
 
     def __init__(self, *, title: str = "", height: str = "60vh", follows: bool = False) -> None:
-        """follows: show all of it whenever something is out of sight, until it is zoomed or panned."""
+        """follows: show all of it whenever something is out of view, until it is zoomed or panned."""
         super().__init__()
         self._layers: dict[str, str] = {}
         self._props.update({"layers": {}, "title": title, "busy": "", "fitted": 0, "follows": follows})
@@ -119,12 +119,12 @@ class PlanView(Element, component="plan_view.js", esm={"ods-charts": "charts"}):
 
     def show(self, layer: str, shapes: Sequence[Shape]) -> None:
         """Show these shapes as a layer, in place of those it had."""
-        told = msgspec.json.encode(shapes).decode()  # as text: NiceGUI would watch each number for changes
-        if told != self._layers.get(layer):
-            self._layers[layer] = told
+        encoded = msgspec.json.encode(shapes).decode()  # as text: NiceGUI would watch each number for changes
+        if encoded != self._layers.get(layer):
+            self._layers[layer] = encoded
             with self._props.suspend_updates():  # for pages that come later; this one gets what is new only
                 self._props["layers"] = dict(self._layers)
-            self.run_method("setLayer", layer, told)
+            self.run_method("setLayer", layer, encoded)
 
     def fit(self) -> None:
         """Show all of it: after another scene was opened."""
@@ -138,20 +138,20 @@ class PlanView(Element, component="plan_view.js", esm={"ods-charts": "charts"}):
         """Dim the plan and say why, while a newer one is computed; empty: it is the newest."""
         self._set("busy", why)
 
-    def on_pick(self, told: Callable[[Pick], None]) -> None:
-        """Call `told` with each click."""
-        self.on("pick", lambda event: told(_pick(event)))
+    def on_pick(self, callback: Callable[[Pick], None]) -> None:
+        """Call `callback` with each click."""
+        self.on("pick", lambda event: callback(_pick(event)))
 
-    def on_drag(self, told: Callable[[Drag], None]) -> None:
-        """Call `told` as a handle is dragged, some times a second, and when it is let go."""
-        self.on("drag", lambda event: told(_drag(event)))
+    def on_drag(self, callback: Callable[[Drag], None]) -> None:
+        """Call `callback` as a handle is dragged, some times a second, and when it is let go."""
+        self.on("drag", lambda event: callback(_drag(event)))
 
-    def on_look(self, told: Callable[[Place], None]) -> None:
-        """Call `told` with the middle of what is shown, once it was panned or zoomed."""
-        self.on("look", lambda event: told((float(event.args["north"]), float(event.args["east"]))))
+    def on_look(self, callback: Callable[[Place], None]) -> None:
+        """Call `callback` with the middle of what is shown, once it was panned or zoomed."""
+        self.on("look", lambda event: callback((float(event.args["north"]), float(event.args["east"]))))
 
     def _set(self, name: str, value: object) -> None:
-        """Tell the script of one property; NiceGUI would send all of them."""
+        """Send the script one property; NiceGUI would send all of them."""
         if self._props.get(name) != value:
             with self._props.suspend_updates():
                 self._props[name] = value
@@ -159,10 +159,10 @@ class PlanView(Element, component="plan_view.js", esm={"ods-charts": "charts"}):
 
 
 def _pick(event: GenericEventArguments) -> Pick:
-    told = event.args
-    return Pick(None if told["id"] is None else str(told["id"]), (float(told["north"]), float(told["east"])))
+    args = event.args
+    return Pick(None if args["id"] is None else str(args["id"]), (float(args["north"]), float(args["east"])))
 
 
 def _drag(event: GenericEventArguments) -> Drag:
-    told = event.args
-    return Drag(str(told["id"]), (float(told["north"]), float(told["east"])), bool(told["done"]))
+    args = event.args
+    return Drag(str(args["id"]), (float(args["north"]), float(args["east"])), bool(args["done"]))

@@ -23,19 +23,19 @@ HEADERS = {
 }
 """Of every answer: the browser itself fetches nothing from another host. NiceGUI compiles templates: unsafe-eval."""
 BROWSER = "browser"
-"""Where a request's state tells which browser sent it."""
+"""Key in a request's state of the browser that sent it."""
 
 
 class Gate:
     """Lets pass what carries the cookie that a link of the terminal was exchanged for, and comes from no foreign page.
 
-    A link is good for one browser; with each use the next one is told.
+    A link is good for one browser; with each use the next one is issued.
     """
 
-    def __init__(self, app: ASGIApp, cookie: str, tell: Callable[[str], None]) -> None:
-        """cookie: its name. tell: gets each new one-time token."""
+    def __init__(self, app: ASGIApp, cookie: str, issue: Callable[[str], None]) -> None:
+        """cookie: its name. issue: gets each new one-time token."""
         self.app = app
-        self._cookie, self._tell = cookie, tell
+        self._cookie, self._issue = cookie, issue
         self._browsers: set[str] = set()
         self._token = ""
         self._renew()
@@ -79,7 +79,7 @@ class Gate:
 
     def _renew(self) -> None:
         self._token = secrets.token_urlsafe(32)
-        self._tell(self._token)
+        self._issue(self._token)
 
     def _browser_of(self, headers: Headers) -> str:
         """Return the browser's cookie; empty: it has none that is ours."""

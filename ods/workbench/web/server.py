@@ -20,7 +20,7 @@ ADDRESS = HOSTS[0]
 USUAL_PORT = 8420
 """Taken if it is free and no other was asked for."""
 RECONNECT_S = 10.0
-"""For so long a page that lost its connection goes on as it is; after that it is built again, from its session."""
+"""Time for which a page that lost its connection stays as it is, s; later it is built again, from its session."""
 MOST_SENT = 1 << 20
 """Bytes of one message of a browser."""
 
@@ -55,11 +55,11 @@ def listening(port: int | None) -> socket.socket:
     raise PortError(f"port {port}: {why}")
 
 
-def serve(site: Site, bound: socket.socket, tell: Callable[[str], None]) -> None:
-    """Serve until interrupted. tell: gets each new link, the first one at once."""
+def serve(site: Site, bound: socket.socket, issue: Callable[[str], None]) -> None:
+    """Serve until interrupted. issue: gets each new link, the first one at once."""
     port = bound.getsockname()[1]
     gate = Gate(
-        _application(site), f"ods-workbench-{port}", lambda token: tell(f"http://{ADDRESS}:{port}/?token={token}")
+        _application(site), f"ods-workbench-{port}", lambda token: issue(f"http://{ADDRESS}:{port}/?token={token}")
     )
     logging.getLogger("httpx").setLevel(logging.WARNING)
     logging.getLogger("nicegui").addFilter(in_one_line)
@@ -79,7 +79,7 @@ def serve(site: Site, bound: socket.socket, tell: Callable[[str], None]) -> None
 
 
 def in_one_line(record: logging.LogRecord) -> bool:
-    """Return whether NiceGUI's record of an error is logged, and make it one line: an OdsError is told on its page."""
+    """Return whether NiceGUI's record of an error is logged, and make it one line: an OdsError is shown on its page."""
     error = record.exc_info[1] if record.exc_info else None
     if error is not None and not logging.getLogger(record.name).isEnabledFor(logging.DEBUG):
         record.msg, record.args, record.exc_info = f"{type(error).__name__}: {one_line(error)}", (), None

@@ -38,14 +38,14 @@ class Panel(msgspec.Struct, frozen=True):
     lines: Sequence[Curve]
     bands: Sequence[Band] = ()
     least: float = 0.2
-    """Its axis spans so much at least."""
+    """Least span of its axis."""
 
 
 class Strip(msgspec.Struct, frozen=True):
     """The life of one object."""
 
     id: str
-    """Told when it is clicked at."""
+    """Id reported when it is clicked on."""
     label: str
     spans: Sequence[tuple[Role, float, float]]
     """State, from, to, s."""
@@ -62,8 +62,8 @@ class TimeView(Element, component="time_view.js", esm={"ods-charts": "charts"}):
 
     def show(self, span_s: tuple[float, float], panels: Sequence[Panel], strips: Sequence[Strip] = ()) -> None:
         """Show these over a span of time, from and to, s."""
-        told = msgspec.json.encode({"span": span_s, "panels": panels, "strips": strips}).decode()
-        self._set("shown", told)  # as text: NiceGUI would watch each number for changes
+        shown = msgspec.json.encode({"span": span_s, "panels": panels, "strips": strips}).decode()
+        self._set("shown", shown)  # as text: NiceGUI would watch each number for changes
 
     def set_cursor(self, t_s: float) -> None:
         """Mark a time, s."""
@@ -77,16 +77,16 @@ class TimeView(Element, component="time_view.js", esm={"ods-charts": "charts"}):
         """Dim it and say why, while a newer one is computed; empty: it is the newest."""
         self._set("busy", why)
 
-    def on_time(self, told: Callable[[float], None]) -> None:
-        """Call `told` with the time that is clicked or dragged to, s."""
-        self.on("pick", lambda event: told(float(event.args["t_s"])))
+    def on_time(self, callback: Callable[[float], None]) -> None:
+        """Call `callback` with the time that is clicked or dragged to, s."""
+        self.on("pick", lambda event: callback(float(event.args["t_s"])))
 
-    def on_mark(self, told: Callable[[str], None]) -> None:
-        """Call `told` with the id of a strip that is clicked at."""
-        self.on("mark", lambda event: told(str(event.args["id"])))
+    def on_mark(self, callback: Callable[[str], None]) -> None:
+        """Call `callback` with the id of a strip that is clicked at."""
+        self.on("mark", lambda event: callback(str(event.args["id"])))
 
     def _set(self, name: str, value: object) -> None:
-        """Tell the script of one property; NiceGUI would send all of them."""
+        """Send the script one property; NiceGUI would send all of them."""
         if self._props.get(name) != value:
             with self._props.suspend_updates():
                 self._props[name] = value

@@ -1,4 +1,4 @@
-"""Commands one by one, each answer awaited; what the sonar did not take is said."""
+"""Commands one by one, each answer awaited; what the sonar did not accept is said."""
 
 from collections import Counter
 
@@ -43,7 +43,7 @@ def test_what_it_answers_otherwise_or_not_at_all_is_said() -> None:
     sent = [request for turn in range(40) for request in control.requests(turn * S // 4)]
     assert sent == [b"set_range 0 40\r\n"] * 3 + [b"set_power 1\r\n"] * 3
     assert control.problems() == [
-        "the sonar did not take set_mode 0: it says 1",
+        "the sonar did not accept set_mode 0: it reports 1",
         "the sonar did not answer set_range 0 40",
         "the sonar did not answer set_power 1",
     ]
@@ -55,7 +55,7 @@ def test_a_port_that_answers_nothing_is_one_problem_not_one_for_each_command() -
     control = made()
     for turn in range(60):
         control.requests(turn * S // 4)
-    assert control.problems() == ["the sonar answers no command: is the command port that of a WBMS?"]
+    assert control.problems() == ["the sonar answers no command: is `command_port` that of a WBMS?"]
 
 
 def test_all_is_sent_again_after_each_connection_and_nothing_without_one() -> None:

@@ -213,7 +213,7 @@ def test_a_lost_command_port_costs_no_image_and_is_spoken_to_again() -> None:
 @pytest.mark.timeout(120)
 def test_connected_but_no_image_is_said_with_its_cause() -> None:
     with running(FarEnd(answers=False)) as process:
-        process.wait(lambda: process.says("the sonar answers no command: is the command port that of a WBMS?"))
+        process.wait(lambda: process.says("the sonar answers no command: is `command_port` that of a WBMS?"))
 
 
 def heard(tmp_path: Path, end: FarEnd, seconds: float) -> list[str]:

@@ -197,7 +197,7 @@ def test_why_there_is_no_image_the_likeliest_cause_first() -> None:
         "192.168.53.68 port 2209: connection refused"
     ]
     answer_all(protocol, S, set_power="set_power 0")
-    assert protocol.problems(6 * S) == ["connected, but no image: the sonar did not take set_power 1: it says 0"]
+    assert protocol.problems(6 * S) == ["connected, but no image: the sonar did not accept set_power 1: it reports 0"]
     answer_all(protocol, S)
     assert "Another program that is connected and does not read stalls all others" in protocol.problems(6 * S)[0]
     unanswered = make()
@@ -241,7 +241,7 @@ def test_while_pings_come_another_mode_is_a_problem_and_what_it_did_not_take_is_
     assert protocol.counters["control_refused"] == 1
     protocol.commands_lost("refused", 6 * S)
     assert protocol.problems(7 * S) == [
-        "the sonar works in mode 1 (bathymetry), not 0 (forward): another program's?",
+        "the sonar works in mode 1 (bathymetry), not 0 (forward): does another program control it?",
     ]
     assert protocol.traffic(2.0) == "images at 0.5 Hz"
 

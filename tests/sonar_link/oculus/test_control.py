@@ -55,7 +55,7 @@ def test_one_that_pings_otherwise_is_asked_again_and_told_of_when_it_had_the_tim
         made.hear(OBEYED._replace(range_m=10.0), tenth * S // 10)
         assert bool(made.problems(tenth * S // 10)) == (tenth > 100)
     assert sent == 6
-    assert made.problems(11 * S) == ["the sonar did not take range 20 m: it says 10 m"]
+    assert made.problems(11 * S) == ["the sonar did not accept range 20 m: it reports 10 m"]
     assert made.counters["control_lost"] == 0  # it had never taken it
 
 
@@ -72,11 +72,11 @@ def test_settings_that_are_lost_later_are_counted_and_asked_for_again() -> None:
 @pytest.mark.parametrize(
     ("told", "said"),
     [
-        ({"mode": 2}, "mode 1: it says 2"),
-        ({"gamma": 255}, "gamma 127: it says 255"),
-        ({"range_m": float("nan")}, "range 20 m: it says nan m"),
-        ({"gain_percent": 59.0}, "gain 60 %: it says 59 %"),
-        ({"salinity_ppt": 0.0}, "salinity 35 ppt: it says 0 ppt"),
+        ({"mode": 2}, "mode 1: it reports 2"),
+        ({"gamma": 255}, "gamma 127: it reports 255"),
+        ({"range_m": float("nan")}, "range 20 m: it reports nan m"),
+        ({"gain_percent": 59.0}, "gain 60 %: it reports 59 %"),
+        ({"salinity_ppt": 0.0}, "salinity 35 ppt: it reports 0 ppt"),
     ],
 )
 def test_each_difference_is_said_in_plain_words(told: dict[str, Any], said: str) -> None:
@@ -92,7 +92,7 @@ def test_the_high_mode_tells_its_gain_on_another_scale_and_a_computed_sound_spee
 def test_a_told_sound_speed_is_compared_and_salinity_is_not() -> None:
     fire = OculusSettings(sound_speed=1480.0).fire()
     assert differences(fire, fire._replace(salinity_ppt=0.0)) == []
-    assert differences(fire, fire._replace(sound_speed=1500.0)) == ["sound speed 1480 m/s: it says 1500 m/s"]
+    assert differences(fire, fire._replace(sound_speed=1500.0)) == ["sound speed 1480 m/s: it reports 1500 m/s"]
 
 
 def test_the_fire_message_of_all_settings() -> None:

@@ -168,7 +168,7 @@ def test_settings_that_are_not_taken_standby_and_heat_are_problems_in_plain_word
     assert protocol.problems(3 * S) == [
         "the sonar is hot: is it in the water?",
         "the sonar is in standby",
-        "the sonar did not take range 20 m: it says 10 m",
+        "the sonar did not accept range 20 m: it reports 10 m",
     ]
 
 

@@ -180,4 +180,4 @@ def test_the_doctor_says_what_to_look_at(tmp_path: Path) -> None:
     wrong, *_ = heard(tmp_path, free_port(), 0.3)
     assert wrong.startswith(f"wrong nothing comes from the group {GROUP}: is the sonar on")
     (note,) = sonar_port.examine("udp://224.0.0.96:4747")
-    assert (note.level, note.text) == ("note", "datagrams: only `ods doctor --listen` can tell whether any come")
+    assert (note.level, note.text) == ("note", "datagrams: only `ods doctor --listen` can show whether any arrive")

@@ -119,7 +119,7 @@ def test_it_is_spoken_over_udp_only_and_addresses_are_checked() -> None:
         SonarSettings(protocol="sonar3d15", port="tcp://10.0.0.1:4747")
     with pytest.raises(ValueError, match="needs a port number"):
         SonarSettings(protocol="sonar3d15", port="udp://224.0.0.96")
-    with pytest.raises(ValueError, match="interface: eth0: is no IP address"):
+    with pytest.raises(ValueError, match="interface: eth0: not an IP address"):
         Sonar3d15Settings(interface="eth0")
     with pytest.raises(ValueError, match="s7k is spoken over serial, socket, tcp only"):
         SonarSettings(port=GROUP)

@@ -35,7 +35,7 @@ def full_disk() -> Iterator[None]:
 
 def movie(file: Path) -> None:
     data = Data(DataReference(), SOURCE.pings, SOURCE.poses)
-    record_movie(data, State().tuning, file, [file.parent], tell=lambda _: False, style="dark")
+    record_movie(data, State().tuning, file, [file.parent], progress=lambda _: False, style="dark")
 
 
 WRITERS: dict[str, Callable[[Path], object]] = {

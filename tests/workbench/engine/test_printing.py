@@ -49,7 +49,7 @@ def test_the_hash_is_of_what_runs() -> None:
 def test_a_movie_ends_where_it_is_stopped(tmp_path: Path) -> None:
     file = record_movie(
         Data(DataReference(), SOURCE.pings, SOURCE.poses), State().tuning, tmp_path / "m.webp", [tmp_path],
-        tell=lambda share: share * len(SOURCE.pings) < 3.0, style="dark",
+        progress=lambda share: share * len(SOURCE.pings) < 3.0, style="dark",
     )  # fmt: skip
     with Image.open(file) as movie:
         assert movie.format == "WEBP"

@@ -226,7 +226,7 @@ async def test_what_a_stage_complains_of_is_one_line_and_the_page_goes_on(user: 
     await until(lambda: frame(user))
     wrong = msgspec.convert({"pipeline": {"stage": STAGES[:2]}}, MissionSettings)
     session.do(SetTuning(Tuning(config=wrong), "wrong"))
-    await user.should_see("the last stage, and no other, must be one that detects", retries=100)
+    await user.should_see("exactly the last stage must be one that detects", retries=100)
     session.undo()
     await until(lambda: not widget(user, "trouble").text)
 

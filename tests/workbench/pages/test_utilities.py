@@ -65,7 +65,7 @@ async def test_what_is_no_link_is_said(tmp_path: Path) -> None:
     async with visiting(session, _build) as user:
         user.find("show what somebody sent").type("nonsense")
         user.find(marker="take link").click()
-        await user.should_see("link: no state of a workbench")
+        await user.should_see("link: not a state of the workbench")
     assert session.state == before
 
 

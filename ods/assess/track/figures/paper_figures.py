@@ -1,4 +1,4 @@
-"""[SSIE] figures 6 and 7 drawn anew: the worked example with a burst of noise on object 1.
+"""[SSIE] figures 6 and 7 drawn again: the worked example with a burst of noise on object 1.
 
 The paper's observer ends an object by its uncertainty alone and does not ask whether it exists, so here existence plays
 no part (`drop_existence`), and the limit of the uncertainty is set so that the old object ends when the paper's does.
@@ -33,7 +33,7 @@ STARTED_S = 1.0
 STYLES = {lifecycle.ACTIVE: "-", lifecycle.STAND_BY: ":", lifecycle.HIBERNATED: "--"}
 TITLES = (
     *("figure 7: north, m", "down, m: not resolved by the sonar", "radius, m"),
-    *("velocity north, m/s", "velocity down, m/s; band: standard deviation told"),
+    *("velocity north, m/s", "velocity down, m/s; band: reported standard deviation"),
 )
 
 

@@ -31,7 +31,8 @@ class Fault(IntEnum):
 
 
 class OwnErrors:
-    """Tells every fault once when it comes, and code 0 when all are over. Messages are `inhibit_ns` apart at least."""
+    """Reports every fault once when it comes, and code 0 when all are over. Messages are `inhibit_ns` apart at
+    least."""
 
     def __init__(self, send: Callable[[bytes], None], inhibit_ns: int) -> None:
         self.history: list[int] = []

@@ -1,4 +1,4 @@
-"""What this node's object dictionary serves beyond the values in its EDS."""
+"""Objects that this node serves beyond the values in its EDS."""
 
 import platform
 import struct

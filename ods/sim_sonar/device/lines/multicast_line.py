@@ -6,7 +6,7 @@ from ods.sim_sonar.device.lines.tcp_line import HOST
 
 
 class MulticastLine:
-    """Sends each record as one datagram; nobody need listen."""
+    """Sends each record as one datagram; a receiver is not needed."""
 
     needs_subscription = False
 

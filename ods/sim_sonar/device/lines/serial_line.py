@@ -11,7 +11,7 @@ from pathlib import Path
 class SerialLine:
     """A pty whose device name stands behind the symlink `link`.
 
-    Bytes that nobody reads are lost, as on a real line.
+    Unread bytes are lost, as on a real line.
     """
 
     needs_subscription = False

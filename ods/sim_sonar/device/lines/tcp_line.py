@@ -14,7 +14,7 @@ READ_BYTES = 65536
 class TcpLine:
     """Listens at a port and serves one client at a time; the next one waits until the first has gone.
 
-    Bytes that nobody reads are lost, and the connection with them.
+    Unread bytes are lost, and the connection with them.
     """
 
     needs_subscription = False

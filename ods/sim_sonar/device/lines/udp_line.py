@@ -11,7 +11,7 @@ MAX_READS = 16
 
 
 class UdpLine:
-    """One port, one peer at a time. What nobody asked for is not sent."""
+    """One port, one peer at a time. Data are sent only after a request."""
 
     needs_subscription = False
 

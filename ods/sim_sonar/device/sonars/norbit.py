@@ -15,7 +15,7 @@ from ods.sim_sonar.sonar.model import SonarModel
 
 GREETING = b"NORBIT WBMS simulated\r\nSonar is ready to accept commands\r\n"
 NATIVE_HZ = 78125.0
-"""Of its samples; what it sends is every so many-th of them."""
+"""Rate of its samples, of which it sends every n-th."""
 MOST_SAMPLES = 512 * 1024
 """Of an image."""
 BEAMS = (64, 128, 256, 512)

@@ -46,7 +46,7 @@ class OculusEnd:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 
     def listen(self, device_ns: int) -> None:
-        """Obey what has come; tell the network of the sonar once a second."""
+        """Obey what has come; announce the sonar on the network once a second."""
         self._stream += self._line.read()
         if self._line.connections != self._client:
             self._client = self._line.connections

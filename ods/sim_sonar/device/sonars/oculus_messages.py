@@ -162,7 +162,8 @@ def _set_head(first: Any, fire: FireMessage, head: ImageHead, size: int) -> None
 
 
 def to_samples(amplitude: Image, full_scale: float, sample_bytes: int, gamma: int) -> AnyArray:
-    """Return unsigned samples of so many bytes: the share of the full scale to the power gamma / 255, rounded."""
+    """Return unsigned samples of this number of bytes: the share of the full scale to the power gamma / 255,
+    rounded."""
     share = np.minimum(amplitude * np.float32(1.0 / full_scale), np.float32(1.0))
     if gamma not in (0, 255):
         share **= np.float32(gamma / 255)

@@ -50,7 +50,7 @@ class SeaBatEnd:
         )
 
     def period_s(self, sonar: SonarModel) -> float:
-        """Return the time from ping to ping, which the range tells."""
+        """Return the time from ping to ping, which follows from the range."""
         return sonar.ping_period_s
 
     def telegram(self, images: ImageSimulator, t_s: float, number: int, sent_ns: int, device_ns: int) -> list[bytes]:

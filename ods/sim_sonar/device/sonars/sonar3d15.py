@@ -20,7 +20,7 @@ class Sonar3d15End:
     """The far end of a Sonar 3D-15: see `FarEnd`. Nothing can be asked of it."""
 
     def __init__(self, nominal: ImageSimulator) -> None:
-        """`nominal`: of the sonar's file, which tells openings, range and rate. Raises ValueError: a rough sea-bed."""
+        """`nominal`: of the sonar's file, which gives openings, range and rate. Raises ValueError: a rough sea-bed."""
         sonar = nominal.sonar
         self._nominal = nominal
         across = 0.5 * float(sonar.bearing_rad[-1] - sonar.bearing_rad[0])

@@ -1,6 +1,6 @@
 """The records that hold a .s7k file together: file header 7200, first in it, and file catalogue 7300, last. Pure codec.
 
-The header's optional data tell where the catalogue stands; 0 and 0 while there is none, or none any more because the
+The header's optional data give the catalogue's position; 0 and 0 while there is none, or none any more because the
 file was cut off. The catalogue has one entry a record, itself excluded.
 Source: 7k Data Format Definition 3.12, sections 7, 10.59 and 10.60.
 """
@@ -42,7 +42,7 @@ def with_catalogue(header_frame: bytes, catalogue_bytes: int, catalogue_at: int)
     header = drf.unpack_record_header(header_frame)
     end = header.optional_offset + _CATALOGUE_PLACE.size
     if header.record_type != FILE_HEADER or not header.optional_offset or end + drf.CHECKSUM_BYTES != len(header_frame):
-        raise ValueError("its file header has no room for a catalogue")
+        raise ValueError("its file header has no space for a catalogue")
     frame = header_frame[: header.optional_offset] + _CATALOGUE_PLACE.pack(catalogue_bytes, catalogue_at)
     return frame + drf.checksum_of(frame).to_bytes(drf.CHECKSUM_BYTES, "little")
 

@@ -50,7 +50,7 @@ class Contact:
 
 
 def encode_contact(contact: Contact, utc_ns: int) -> bytes:
-    """Return record 3001, framed. Raises ValueError for a time that 7KTIME cannot tell."""
+    """Return record 3001, framed. Raises ValueError for a time that 7KTIME cannot represent."""
     body = _CONTACT.pack(
         contact.target_id % 2**32, contact.ping_number % 2**32, drf.encode_time(contact.seen_utc_ns),
         text_field(OPERATOR, TEXT_BYTES), contact.change, contact.range_m, contact.bearing_rad,

@@ -32,8 +32,8 @@ class S7kDecoder(Decoder):
         except OSError as error:
             raise PingFileError(f"{path}: {error.strerror}") from error
         if not pings:
-            told = ", ".join(f"{name} {count}" for name, count in sorted(counters.items()))
-            raise PingFileError(f"{path}: no ping in it ({told})")
+            counts = ", ".join(f"{name} {count}" for name, count in sorted(counters.items()))
+            raise PingFileError(f"{path}: no ping in it ({counts})")
         del counters["pings"], counters["records"]
         return PingSequence(pings, timed=not counters["no_device_time"], losses=+counters)
 

@@ -117,13 +117,13 @@ class _Survey(NamedTuple):
 
 
 def _survey(file: io.FileIO) -> _Survey:
-    """Raises ValueError when the file does not begin with a whole record."""
+    """Raises ValueError when the file does not begin with a complete record."""
     if not os.fstat(file.fileno()).st_size:
         raise ValueError("empty")
     with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         places = list(whole_records(data))
         if not places or places[0][0] != 0:
-            raise ValueError("does not begin with a whole record")
+            raise ValueError("does not begin with a complete record")
         header = data[: places[0][1]]
         at, size = places[-1]
         complete = False
@@ -154,8 +154,8 @@ def _record_size(data: bytes | mmap.mmap, at: int) -> int:
     end = at + header.size - drf.CHECKSUM_BYTES
     if header.size < drf.RECORD_HEADER_BYTES + drf.CHECKSUM_BYTES or end + drf.CHECKSUM_BYTES > len(data):
         return 0
-    told = int.from_bytes(data[end : end + drf.CHECKSUM_BYTES], "little")
-    return header.size if told == drf.checksum_of(data[at:end]) else 0
+    stated = int.from_bytes(data[end : end + drf.CHECKSUM_BYTES], "little")
+    return header.size if stated == drf.checksum_of(data[at:end]) else 0
 
 
 def _append_catalogue(file: io.FileIO, header: bytes, entries: bytes, at: int, utc_ns: int | None) -> None:

@@ -44,7 +44,7 @@ class PacketStreamDecoder(Decoder):
             else:
                 found.append(offset)
         if not found:
-            raise PingFileError(f"{path}: no whole {self.image_called} in it")
+            raise PingFileError(f"{path}: no complete {self.image_called} in it")
         pings = LazyPings(len(found), lambda index: self._ping(data, found[index], index))
         return PingSequence(pings, timed=self.timed, losses=losses)
 
@@ -73,7 +73,7 @@ class PacketStreamDecoder(Decoder):
 
     @abstractmethod
     def _look(self, data: mmap, offset: int, budget: ChecksumBudget) -> Found:
-        """Return what begins at an offset; `budget` bounds the checksums that tell."""
+        """Return what begins at an offset; `budget` bounds the checksums that are computed."""
 
     @abstractmethod
     def _ping(self, data: mmap, offset: int, index: int) -> Ping:

@@ -3,16 +3,16 @@
 from collections.abc import Callable
 from typing import Generic, ParamSpec
 
-Told = ParamSpec("Told")
+Args = ParamSpec("Args")
 
 
-class Listeners(Generic[Told]):
-    """Functions that are called with what is told. May be used from several threads."""
+class Listeners(Generic[Args]):
+    """Functions that are called with each notification. May be used from several threads."""
 
     def __init__(self) -> None:
-        self._called: list[Callable[Told, object]] = []
+        self._called: list[Callable[Args, object]] = []
 
-    def add(self, called: Callable[Told, object]) -> Callable[[], None]:
+    def add(self, called: Callable[Args, object]) -> Callable[[], None]:
         """Call this, too; what is returned ends that."""
         self._called.append(called)
 
@@ -22,7 +22,7 @@ class Listeners(Generic[Told]):
 
         return stop
 
-    def tell(self, *args: Told.args, **kwargs: Told.kwargs) -> None:
+    def notify(self, *args: Args.args, **kwargs: Args.kwargs) -> None:
         """Call all of them, in this thread."""
         for called in list(self._called):
             called(*args, **kwargs)

@@ -13,14 +13,14 @@ log = logging.getLogger(__name__)
 class Newest(Generic[AskT, AnswerT]):
     """A thread of its own that does one request at a time, always the latest.
 
-    `tell` and `fail` are called in that thread; `fail` with whatever `work` raised.
+    `deliver` and `fail` are called in that thread; `fail` with whatever `work` raised.
     """
 
     def __init__(
-        self, work: Callable[[AskT], AnswerT], tell: Callable[[AskT, AnswerT], None],
+        self, work: Callable[[AskT], AnswerT], deliver: Callable[[AskT, AnswerT], None],
         fail: Callable[[AskT, Exception], None],
     ) -> None:  # fmt: skip
-        self._work, self._tell, self._fail = work, tell, fail
+        self._work, self._deliver, self._fail = work, deliver, fail
         self._waiting: list[AskT] = []
         """One at most."""
         self._changed = threading.Condition()
@@ -39,11 +39,11 @@ class Newest(Generic[AskT, AnswerT]):
 
     @property
     def overtaken(self) -> bool:
-        """Tell work that lasts long whether a later request waits, so that it may give up."""
+        """Return whether a later request waits, so that long work may stop."""
         return bool(self._waiting) or self._ends
 
     def rests(self, seconds: float) -> bool:
-        """Let work that is not urgent wait so long; return whether no later request came."""
+        """Let work that is not urgent wait for this time, s; return whether no later request came."""
         with self._changed:
             return not self._changed.wait_for(lambda: self.overtaken, seconds)
 
@@ -67,4 +67,4 @@ class Newest(Generic[AskT, AnswerT]):
                 log.debug("%s", error, exc_info=True)
                 self._fail(request, error)
             else:
-                self._tell(request, answer)
+                self._deliver(request, answer)

@@ -11,7 +11,7 @@ from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 
 from ods.base.errors import OdsError, one_line
 
-Told = ParamSpec("Told")
+Args = ParamSpec("Args")
 ResultT = TypeVar("ResultT")
 GoesOn = Callable[[float], bool]
 """Gets the share that is done; returns whether the work is to go on."""
@@ -39,11 +39,11 @@ def whole(_: float) -> bool:
 
 
 def in_own_process(
-    work: Callable[Concatenate[GoesOn, Told], ResultT], tell: GoesOn, *args: Told.args, **kwargs: Told.kwargs
+    work: Callable[Concatenate[GoesOn, Args], ResultT], progress: GoesOn, *args: Args.args, **kwargs: Args.kwargs
 ) -> ResultT:
-    """Return what `work(tell, ...)` returns in a new process; what it takes and returns is copied. Raises OdsError.
+    """Return what `work(progress, ...)` returns in a new process; what it takes and returns is copied. Raises OdsError.
 
-    tell: is called here, in the thread of the caller.
+    progress: is called here, in the thread of the caller.
     """
     context = multiprocessing.get_context("spawn")  # of a process with threads no copy is safe
     here, there = context.Pipe()
@@ -52,7 +52,7 @@ def in_own_process(
     there.close()
     try:
         while isinstance(said := here.recv(), _Share):
-            here.send(tell(said.done))
+            here.send(progress(said.done))
     except (EOFError, OSError):
         said = _Failed("its process has ended before its time")
     finally:
@@ -68,14 +68,14 @@ def _run(pipe: Connection, work: Callable[..., object], args: tuple[object, ...]
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the page's process ends this one
     os.nice(NICER)
 
-    def tell(share: float) -> bool:
+    def progress(share: float) -> bool:
         pipe.send(_Share(share))
         return bool(pipe.recv())
 
     said: _Came | _Failed
     try:
-        said = _Came(work(tell, *args))
-    except Exception as error:  # whatever a stage of the user's own may raise: the caller tells it
+        said = _Came(work(progress, *args))
+    except Exception as error:  # whatever a stage of the user's own may raise: the caller reports it
         said = _Failed(one_line(error) if isinstance(error, OdsError) else f"{type(error).__name__}: {one_line(error)}")
-    with contextlib.suppress(OSError):  # nobody waits any more
+    with contextlib.suppress(OSError):  # the other end is gone
         pipe.send(said)

@@ -108,7 +108,7 @@ class _Sight:
         self._is_beam = beam is not None
 
     def holds(self, range_m: Floats, bearing_rad: Floats, radius_m: Floats | float) -> Mask:
-        """Tell what is shown: of all beams what has its centre in them, of one beam what reaches into it."""
+        """Return what is shown: of all beams what has its centre in them, of one beam what reaches into it."""
         across = np.arcsin(np.clip(radius_m / np.maximum(range_m, 1e-9), 0.0, 1.0)) if self._is_beam else 0.0
         return np.asarray((bearing_rad >= self._left - across) & (bearing_rad <= self._right + across))
 
@@ -120,9 +120,9 @@ class _Sight:
         gaps = np.flatnonzero(np.diff(place) > 1)
         some = np.unique(np.concatenate([_evenly(len(place)), gaps, np.flatnonzero(np.diff(shown)) + 1]))
         shown[gaps] = False
-        told = zip(range_m[some].tolist(), shown[some].tolist(), strict=True)
+        points = zip(range_m[some].tolist(), shown[some].tolist(), strict=True)
         return Way(
-            role, identity, label, place[some].tolist(), [round(far_m, 3) if seen else None for far_m, seen in told]
+            role, identity, label, place[some].tolist(), [round(far_m, 3) if seen else None for far_m, seen in points]
         )
 
 

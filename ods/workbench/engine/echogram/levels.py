@@ -20,7 +20,7 @@ MOST_COLUMNS, MOST_CELLS = 2048, 1024
 SHOW_S = 0.5
 """Between two looks at one that is being read."""
 SAMPLED_CELLS = 60_000
-"""Cells that tell the median."""
+"""Number of cells from which the median is taken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +120,7 @@ class Filling:
         return Echogram(levels, self._pings, self._per_column, self._cell_m or 1.0, self._read, self._bearing, t_s)
 
     def _make_room(self, ping: Ping) -> None:
-        """Make cells so long that the ping's farthest sample has one."""
+        """Lengthen cells until the ping's farthest sample has one."""
         far_m = ping.range0_m + (ping.samples - 0.5) * ping.dr_m
         cells = self._levels.shape[1]
         self._far_m = max(self._far_m, far_m)

@@ -26,7 +26,7 @@ COLOURS = {"active": GOOD, "stand_by": WARN, "hibernated": MARK, TRUTH: ACCENT}
 def print_echogram(
     echogram: Echogram, layers: Layers, state: State, file: Path, folders: Sequence[Path], *, name: str, style: str
 ) -> Path:
-    """Draw it into a file, with the colours and layers of the state; the file's ending tells the format. Raises
+    """Draw it into a file, with the colours and layers of the state; the file's ending chooses the format. Raises
     OdsError."""
     place = place_to_write(file, PICTURES, folders)
     with drawn_in(style):
@@ -40,7 +40,7 @@ def print_echogram(
 
 
 def pooled(levels: Floats32, columns: int, cells: int) -> Floats32:
-    """Return levels (columns, cells) with no more than so many, the highest of those that share one."""
+    """Return levels (columns, cells) with at most this number of cells, the highest of those that share one."""
     for axis, most in enumerate((columns, cells)):
         count = levels.shape[axis]
         if count > most:

@@ -58,7 +58,7 @@ class EchogramRun:
         if wish != self.asked:
             self.asked, self.error = wish, ""
             self._newest.ask(wish)
-            self._listeners.tell()
+            self._listeners.notify()
 
     def whole(self, state: State) -> Echogram:
         """Return all of a state's echogram: what is there, or read now, which lasts. Raises OdsError."""
@@ -67,7 +67,7 @@ class EchogramRun:
             return self.result
         made = read_echogram(open_data(wish.reference, wish.scene, self._folders), wish.beam)
         if made is None:
-            raise OdsError("echogram: given up")
+            raise OdsError("echogram: cancelled")
         return made
 
     def listen(self, changed: Callable[[], None]) -> Callable[[], None]:
@@ -84,7 +84,7 @@ class EchogramRun:
 
     def _show(self, wish: Wanted, part: Echogram) -> None:
         self.result, self.result_of = part, wish
-        self._listeners.tell()
+        self._listeners.notify()
 
     def _take(self, wish: Wanted, whole: Echogram | None) -> None:
         if whole is not None:
@@ -95,4 +95,4 @@ class EchogramRun:
     def _failed(self, wish: Wanted, error: Exception) -> None:
         if wish == self.asked:
             self.error = one_line(error) or type(error).__name__
-        self._listeners.tell()
+        self._listeners.notify()

@@ -70,7 +70,7 @@ def _files(folder: Path) -> Iterator[tuple[Path, float]]:
 
 
 def _is_scene(path: Path) -> bool:
-    """Tell a scene from other files of settings by its beginning."""
+    """Distinguish a scene from other files of settings by its beginning."""
     try:
         with opened(path) as file:
             return b"\nseed" in b"\n" + file.read(4096)

@@ -57,8 +57,8 @@ def state_in(file: Path, trusted: State) -> State:
 
 def _file(name: str, folders: Sequence[Path]) -> Path:
     if not NAME.fullmatch(name):
-        told = name if len(name) <= LONGEST else f"{name[:LONGEST]}..."
-        raise OdsError(f"preset {told!r}: a name has 1 to {LONGEST} letters, digits, blanks, and . , + - _")
+        shown = name if len(name) <= LONGEST else f"{name[:LONGEST]}..."
+        raise OdsError(f"preset {shown!r}: a name has 1 to {LONGEST} letters, digits, blanks, and . , + - _")
     if not folders:
         raise OdsError("presets: the workbench has no folder to keep them in; --folder gives one")
     return folders[0] / FOLDER / file_name(name)

@@ -50,7 +50,7 @@ class Exhibit(NamedTuple):
         return hashlib.sha256(text).hexdigest()[:16]
 
 
-class Told(msgspec.Struct):
+class ExhibitResult(msgspec.Struct):
     """What stands beside the pictures of an exhibit in the cache."""
 
     facts: str
@@ -129,7 +129,7 @@ _FIGURE_11 = (
 _WORKED = (
     "The vehicle goes north for 80 s while two objects move, and each is tracked with its radius (figure 6).",
     "Object 1 leaves the sector at 41 s: its track waits in stand-by and ends, while the truth goes on, dashed.",
-    "The tracks' velocities come to the true ones, dashed (figure 7); vertical ones are not told by one plane.",
+    "The tracks' velocities come to the true ones, dashed (figure 7); vertical ones are not observable with one plane.",
 )
 _ROUGH = (
     "The sea-bed has heights of 8 cm rms, and its highlights look like small objects.",
@@ -138,7 +138,7 @@ _ROUGH = (
 )
 _APPROACH = (
     "One object crosses the vehicle's way from starboard, another rests to port.",
-    "Menu Observer tells, for each, the time and the distance of the closest approach, and how sure they are.",
+    "Menu Observer shows, for each, the time and the distance of the closest approach, and how sure they are.",
     "Move the vehicle's speed in menu Simulator and rehearse again: the approach follows.",
 )
 _FAULTS = (

@@ -13,7 +13,7 @@ from ods.plots.style import DARK, QUIET, SERIES, drawn_in
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
 from ods.workbench.engine.background.own_process import GoesOn
-from ods.workbench.engine.gallery.exhibits import SONAR, Exhibit, Told
+from ods.workbench.engine.gallery.exhibits import SONAR, Exhibit, ExhibitResult
 from ods.workbench.engine.printing import detections_of
 from ods.workbench.engine.scene.rehearsal import Rehearsal, rehearse_file
 from ods.workbench.model.state import State
@@ -23,15 +23,15 @@ WIDTH_IN = 10.0
 STILL = (0.0, 0.0, 0.0)
 
 
-def draw(tell: GoesOn, exhibit: Exhibit, base: State, stem: Path) -> Told | None:
+def draw(progress: GoesOn, exhibit: Exhibit, base: State, stem: Path) -> ExhibitResult | None:
     """Draw the pictures of an exhibit, whose names begin with `stem`; None: given up. Raises OdsError."""
     with drawn_in(DARK):
         if exhibit.file is not None:
             return _recorded(exhibit.file, base, stem)
-        return _rehearsed(tell, exhibit, base, stem)
+        return _rehearsed(progress, exhibit, base, stem)
 
 
-def _recorded(file: Path, base: State, stem: Path) -> Told:
+def _recorded(file: Path, base: State, stem: Path) -> ExhibitResult:
     fan = load(file.with_suffix(".toml"), FanGeometry) if file.suffix.lower() == ".avi" else None
     recording = open_pings(file, fan)
     ping = recording.pings[0]
@@ -39,12 +39,12 @@ def _recorded(file: Path, base: State, stem: Path) -> Told:
     picture = stem.with_suffix(".png")
     ping_figure(ping, found, f"{file.name}, first ping").savefig(picture)
     facts = f"{len(recording.pings)} pings of {ping.beams} x {ping.samples}; in the first"
-    return Told(f"{facts} {len(found.detections)} detections.", [picture.name])
+    return ExhibitResult(f"{facts} {len(found.detections)} detections.", [picture.name])
 
 
-def _rehearsed(tell: GoesOn, exhibit: Exhibit, base: State, stem: Path) -> Told | None:
+def _rehearsed(progress: GoesOn, exhibit: Exhibit, base: State, stem: Path) -> ExhibitResult | None:
     assert exhibit.scene is not None
-    result = rehearse_file(tell, exhibit.scene, SONAR, base.tuning.mission())
+    result = rehearse_file(progress, exhibit.scene, SONAR, base.tuning.mission())
     if result is None:
         return None
     run, velocities = stem.with_suffix(".png"), stem.with_name(f"{stem.name}-velocities.png")
@@ -58,7 +58,7 @@ def _rehearsed(tell: GoesOn, exhibit: Exhibit, base: State, stem: Path) -> Told 
         f"{len(result.record.lists)} pings; tracked: {tracked or 'nothing'}; {result.false_tracks} false tracks; "
         f"position rms {result.position_rms_m:.2f} m."
     )
-    return Told(facts, pictures)
+    return ExhibitResult(facts, pictures)
 
 
 def _velocities(result: Rehearsal) -> Figure:
@@ -69,9 +69,9 @@ def _velocities(result: Rehearsal) -> Figure:
         for item in truth.objects:
             true.setdefault(item.name, []).append((truth.t_ns / NS, *item.velocity_ned[:2]))
     tracks: dict[int, list[tuple[float, ...]]] = {}
-    for _, told in result.record.lists:
-        for obstacle in told.obstacles:
-            tracks.setdefault(obstacle.id, []).append((told.t_ns / NS, *obstacle.velocity_ned[:2]))
+    for _, latest in result.record.lists:
+        for obstacle in latest.obstacles:
+            tracks.setdefault(obstacle.id, []).append((latest.t_ns / NS, *obstacle.velocity_ned[:2]))
     for column, (axes, name) in enumerate(zip(figure.subplots(1, 2), ("north", "east"), strict=True), 1):
         for place, (number, rows) in enumerate(tracks.items()):
             values = np.array(rows)

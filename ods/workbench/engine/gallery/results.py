@@ -15,7 +15,7 @@ from ods.base.files.in_file import content_of
 from ods.base.files.ownership import is_safe
 from ods.workbench.engine.background.own_process import GoesOn, in_own_process, whole
 from ods.workbench.engine.files.user_folders import cache_folder
-from ods.workbench.engine.gallery.exhibits import Exhibit, Told
+from ods.workbench.engine.gallery.exhibits import Exhibit, ExhibitResult
 from ods.workbench.model.state import State
 
 _making = threading.Lock()
@@ -46,26 +46,26 @@ def gallery_folder() -> Path:
 def kept(exhibit: Exhibit, base: State, folder: Path) -> Result | None:
     """Return a result that is there already; None: it has to be made. At once."""
     try:
-        told = msgspec.json.decode(content_of(folder / f"{_stem(exhibit, base)}.json"), type=Told)
+        result = msgspec.json.decode(content_of(folder / f"{_stem(exhibit, base)}.json"), type=ExhibitResult)
     except (OSError, msgspec.MsgspecError):
         return None
-    pictures = [folder / Path(name).name for name in told.pictures]
-    return Result(told.facts, pictures) if all(file.is_file() for file in pictures) else None
+    pictures = [folder / Path(name).name for name in result.pictures]
+    return Result(result.facts, pictures) if all(file.is_file() for file in pictures) else None
 
 
-def made(exhibit: Exhibit, base: State, folder: Path, tell: GoesOn = whole) -> Result | None:
+def made(exhibit: Exhibit, base: State, folder: Path, progress: GoesOn = whole) -> Result | None:
     """Return a result, made in a process of its own unless it is there; None: given up. Raises OdsError."""
     with _making:
-        if (known := kept(exhibit, base, folder)) is not None or not tell(0.0):
+        if (known := kept(exhibit, base, folder)) is not None or not progress(0.0):
             return known
         stem = _stem(exhibit, base)
         try:
             for old in folder.glob(f"{exhibit.key}-*"):
                 old.unlink(missing_ok=True)
-            told = in_own_process(_drawn, tell, exhibit, base, folder / stem)
-            if told is None:
+            result = in_own_process(_drawn, progress, exhibit, base, folder / stem)
+            if result is None:
                 return None
-            (folder / f"{stem}.json").write_bytes(msgspec.json.encode(told))
+            (folder / f"{stem}.json").write_bytes(msgspec.json.encode(result))
         except OSError as error:
             raise OdsError(f"{folder}: {error.strerror or error}") from error
         return kept(exhibit, base, folder)
@@ -75,7 +75,7 @@ def _stem(exhibit: Exhibit, base: State) -> str:
     return f"{exhibit.key}-{exhibit.digest(base)}"
 
 
-def _drawn(tell: GoesOn, exhibit: Exhibit, base: State, stem: Path) -> Told | None:
+def _drawn(progress: GoesOn, exhibit: Exhibit, base: State, stem: Path) -> ExhibitResult | None:
     from ods.workbench.engine.gallery.pictures import draw  # Matplotlib: not in the page's process
 
-    return draw(tell, exhibit, base, stem)
+    return draw(progress, exhibit, base, stem)

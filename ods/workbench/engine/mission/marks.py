@@ -36,7 +36,7 @@ def gap_marks(data: Data, give_up: Callable[[], bool] = lambda: False) -> list[M
     for place in range(len(data.pings)):
         if give_up():
             return []
-        with contextlib.suppress(OdsError):  # who goes to such a ping is told why it cannot be read
+        with contextlib.suppress(OdsError):  # the page of such a ping shows why it cannot be read
             numbers.append((place, data.pings[place].ping_number))
         time.sleep(PAUSE_S)
     missing = ((place, after - before - (place - former)) for (former, before), (place, after) in pairwise(numbers))
@@ -44,7 +44,7 @@ def gap_marks(data: Data, give_up: Callable[[], bool] = lambda: False) -> list[M
 
 
 def track_marks(result: Tracked) -> list[Mark]:
-    """Return where objects are first told of, and where they are no longer active or stand-by.
+    """Return where objects are first reported, and where they are no longer active or stand-by.
 
     What the map knew before the mission is not new, and what is seen at its end is not lost.
     """

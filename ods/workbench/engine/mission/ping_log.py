@@ -44,16 +44,16 @@ def log_of(found: Sequence[Found], lists: Sequence[ObstacleList | None]) -> Ping
     return PingLog(
         np.array([each.ping_number for each in found], np.int64),
         tuple(_fault(each) for each in found),
-        tuple(NO_LIST if told is None else "" if told.valid else ", ".join(told.reasons) for told in lists),
+        tuple(NO_LIST if each is None else "" if each.valid else ", ".join(each.reasons) for each in lists),
         columns[0].astype(np.int64),
         *columns[1:],
     )
 
 
 def _fault(found: Found) -> str:
-    told = found.detections
-    if told is None:
+    detections = found.detections
+    if detections is None:
         return BAD
-    if not told.usable:
-        return told.unseen_why or "drop-out"
-    return f"{told.unseen_share:.0%} unseen: {told.unseen_why}" if told.unseen_share > 0.0 else ""
+    if not detections.usable:
+        return detections.unseen_why or "drop-out"
+    return f"{detections.unseen_share:.0%} unseen: {detections.unseen_why}" if detections.unseen_share > 0.0 else ""

@@ -78,7 +78,7 @@ class Rerun:
         if wish != self.asked:
             self.asked, self.error, self.progress = wish, "", Progress(0, 0, True)
             self._newest.ask(wish)
-            self._listeners.tell()
+            self._listeners.notify()
 
     @property
     def data(self) -> Data | None:
@@ -106,7 +106,7 @@ class Rerun:
     def _finished(self, wish: Wanted) -> None:
         if wish == self.asked:
             self.progress = None
-        self._listeners.tell()
+        self._listeners.notify()
 
     def _run(self, wish: Wanted) -> Tracked | None:
         """Return what came of a mission; None: given up."""
@@ -116,11 +116,11 @@ class Rerun:
         for found in detections:
             if self._newest.overtaken:
                 return None
-            collecting.add(found, tracking.told(found))
+            collecting.add(found, tracking.list_of(found))
             if (now_s := time.monotonic()) - told_s >= PROGRESS_S:
                 told_s, done = now_s, len(collecting)
                 self.progress = Progress(done, len(detections), done == len(detections.found))
-                self._listeners.tell()
+                self._listeners.notify()
         data = detections.data
         counters = detections.counters + tracking.counters
         beside = Beside(
@@ -141,14 +141,14 @@ class Rerun:
 
 
 class _Detections:
-    """What the chain found, kept: to be gone through again and again. The chain runs only where nobody has been yet."""
+    """What the chain found, kept: for repeated use. The chain runs only for pings not yet processed."""
 
     def __init__(self, source: Any, data: Data, settings: MissionSettings) -> None:
         """Raises RerunError, OdsError."""
         if not data.timed:
-            raise RerunError("single images without times: nothing can be tracked")
+            raise RerunError("images without times cannot be tracked")
         if not data.poses:
-            raise RerunError("no poses in the data: nothing can be tracked")
+            raise RerunError("data without poses cannot be tracked")
         self.source, self.data, self.chain = source, data, part_of(settings, PipelineConfig)
         self.found: list[Found] = []
         detecting = Detecting(settings)
@@ -166,7 +166,7 @@ class _Detections:
 
 
 def map_after(tracker: MissionTracker | None) -> list[MapObject]:
-    """Return the objects that a map would have after the mission: those asleep, and those at rest in view."""
+    """Return the objects that a map would have after the mission: those hibernated, and the static ones in view."""
     if tracker is None or tracker.tracker.t_ns is None:
         return []
     asleep = {item.id: item for item in tracker.tracker.whole_map()}

@@ -25,7 +25,7 @@ from ods.tracker.output.obstacle_list import NAMES
 from ods.workbench.engine.mission.ping_log import PingLog, log_of
 
 SETTLE_S = 3.0
-"""From the first sight of an object until it counts as missed, as `ods track` has it."""
+"""Time from the first observation of an object until it counts as missed, as `ods track` has it."""
 BORDER = 25
 """Places on the arc of a sector's outline."""
 STATES = {name: state for state, name in NAMES.items()}
@@ -33,7 +33,7 @@ STATES = {name: state for state, name in NAMES.items()}
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """One object as the lists told of it, k times."""
+    """One object as the lists reported it, k times."""
 
     id: int
     place: Ints
@@ -64,7 +64,7 @@ class Course:
     def lives(self) -> list["Span"]:
         """Return its states as spans of time.
 
-        Lists tell of an object once it is proved: from its first echo until then it was tentative.
+        Lists report an object once it is confirmed: from its first echo until then it was tentative.
         """
         begins = [0, *(np.flatnonzero(self._breaks()) + 1).tolist()]
         ends = [*begins[1:], len(self.t_s)]
@@ -137,7 +137,7 @@ class Tracked:
     _lists: tuple[bytes, ...]
 
     def list_at(self, place: int) -> ObstacleList | None:
-        """Return what the planner was told of a ping; None: nothing."""
+        """Return the list that the planner received for a ping; None: none."""
         packed = self._lists[place] if 0 <= place < len(self._lists) else b""
         return msgspec.msgpack.decode(packed, type=ObstacleList) if packed else None
 
@@ -203,10 +203,10 @@ class Collecting:
     def __len__(self) -> int:
         return len(self._found)
 
-    def add(self, found: Found, told: ObstacleList | None) -> None:
+    def add(self, found: Found, list_: ObstacleList | None) -> None:
         """Take in what came of one ping."""
         self._found.append(found)
-        self._lists.append(told)
+        self._lists.append(list_)
         self._sector = self._sector if found.detections is None else found.detections.sector
 
     def result(self, beside: "Beside", counters: "Counter[str]") -> Tracked:
@@ -228,18 +228,18 @@ class Collecting:
             courses=_courses(self._lists, t_s),
             truths=_true_courses(known, t_s),
             at_rest=tuple(sorted(beside.at_rest, key=lambda item: item.id)),
-            gospa_m=np.array([_gospa(truth, told) for truth, told in zip(known, self._lists, strict=True)]),
+            gospa_m=np.array([_gospa(truth, list_) for truth, list_ in zip(known, self._lists, strict=True)]),
             scores=tuple(scores),
             false_ids=frozenset(false_ids),
             counters={name: count for name, count in counters.items() if count},
             log=log_of(self._found, self._lists),
-            _lists=tuple(b"" if told is None else msgspec.msgpack.encode(told) for told in self._lists),
+            _lists=tuple(b"" if list_ is None else msgspec.msgpack.encode(list_) for list_ in self._lists),
         )
 
     def _scored(self, truths: dict[int, Truth]) -> tuple[list[ObjectScore], set[int]]:
         if not truths:
             return [], set()
-        lists = [(told.made_ns, told) for told in self._lists if told is not None]
+        lists = [(list_.made_ns, list_) for list_ in self._lists if list_ is not None]
         return score_objects(RunRecord(lists=lists, truths=truths), SETTLE_S)
 
 
@@ -257,15 +257,15 @@ def _way(poses: Sequence[Pose], t_ns: Ints) -> list[Pose]:
 
 
 def _courses(lists: Sequence[ObstacleList | None], t_s: Floats) -> tuple[Course, ...]:
-    told: dict[int, list[tuple[int, Obstacle]]] = defaultdict(list)
+    reported: dict[int, list[tuple[int, Obstacle]]] = defaultdict(list)
     start_utc_ns = 0
     for place, item in enumerate(lists):
         if item is None:
             continue
         start_utc_ns = start_utc_ns or item.utc_ns - round(t_s[place] * NS)
         for obstacle in item.obstacles:
-            told[obstacle.id].append((place, obstacle))
-    return tuple(_course(rows, t_s, start_utc_ns) for _, rows in sorted(told.items()))
+            reported[obstacle.id].append((place, obstacle))
+    return tuple(_course(rows, t_s, start_utc_ns) for _, rows in sorted(reported.items()))
 
 
 def _course(rows: list[tuple[int, Obstacle]], t_s: Floats, start_utc_ns: int) -> Course:
@@ -293,10 +293,10 @@ def _course(rows: list[tuple[int, Obstacle]], t_s: Floats, start_utc_ns: int) ->
 
 
 def _true_courses(truths: Sequence[Truth | None], t_s: Floats) -> tuple[TrueCourse, ...]:
-    told = defaultdict(list)
+    rows_by_name = defaultdict(list)
     for place, truth in enumerate(truths):
         for item in () if truth is None else truth.objects:
-            told[item.name].append((place, item))
+            rows_by_name[item.name].append((place, item))
     return tuple(
         TrueCourse(
             name,
@@ -305,15 +305,15 @@ def _true_courses(truths: Sequence[Truth | None], t_s: Floats) -> tuple[TrueCour
             np.array([item.velocity_ned for _, item in rows]),
             rows[0][1].radius_m,
         )
-        for name, rows in told.items()
+        for name, rows in rows_by_name.items()
     )
 
 
-def _gospa(truth: Truth | None, told: ObstacleList | None) -> float:
-    if truth is None or told is None:
+def _gospa(truth: Truth | None, list_: ObstacleList | None) -> float:
+    if truth is None or list_ is None:
         return math.nan
     objects = np.array([item.position_ned[:2] for item in truth.objects if item.in_sector]).reshape(-1, 2)
-    tracks = np.array([item.position_ned[:2] for item in told.obstacles if item.state == "active"]).reshape(-1, 2)
+    tracks = np.array([item.position_ned[:2] for item in list_.obstacles if item.state == "active"]).reshape(-1, 2)
     if not len(objects) or not len(tracks):
         return gospa(np.zeros(0), len(objects), len(tracks))
     pairs = pair(np.hypot(*(objects[:, None] - tracks[None]).transpose(2, 0, 1)))

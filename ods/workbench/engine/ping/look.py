@@ -1,7 +1,7 @@
 """One stage's image of a ping as it is looked at: the whole fan, in decibels, with what was not processed left out.
 
 A ping leaves an image of each stage, 4 MB each at 512 x 2000 samples; so of a cell only 16 bits of its float32 are
-kept, a code of which tables tell levels and colours quicker than a logarithm would.
+kept, a code for which tables give levels and colours quicker than a logarithm would.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,7 +26,7 @@ _CUT = 15
 _SILENT = np.float32(1e-30)
 """Amplitude that stands for 0."""
 SAMPLED_CELLS = 60_000
-"""Cells that tell the median."""
+"""Number of cells from which the median is taken."""
 LOWEST_DB, HIGHEST_DB, BINS = -30.0, 60.0, 180
 """Of histograms, over the median."""
 

@@ -34,17 +34,17 @@ from ods.workbench.engine.ping.look import Coded, Codes, Grid, Look, coded, grid
 FORMER_PINGS = 16
 """That go through a chain that compares pings before the one that is looked at."""
 KEPT_CHAINS = 4
-"""Prepared for a geometry: to come back to one costs no learning. So many, or fewer, but those that are shown,"""
+"""Most chains kept prepared for a geometry: returning to one costs no learning. Those that are shown are kept,"""
 KEPT_CELLS = 1_000_000
 """with no more cells in all: at 512 x 2000 samples each takes 14 MB."""
 KEPT_LEARNT = 64
 """Sets of filters and geometry behind which it is remembered what detectors learnt."""
 MOST_RUNS, LONGEST_RUNS_NS = 5, 10_000_000
-"""Runs of which the time is taken: so many, or fewer where they last."""
+"""Most runs whose time is measured; fewer where they take long."""
 PATIENCE_S = 0.3
-"""A detector learns for so long, whatever else is asked for meanwhile: a slider that moves shows pictures, too."""
+"""Time for which a detector learns, s, whatever else is requested: a moving slider shows images, too."""
 POSES_BEFORE = 64
-"""Of a ping, that tell its pose."""
+"""Fields of a ping that hold its pose."""
 
 
 class StudyError(OdsError):
@@ -194,7 +194,7 @@ class Studio:
         return np.where(processed, recorded.codes, self._recorded[1])
 
     def _pose_of(self, place: int, settings: MissionSettings) -> PoseEstimate | None:
-        """Return where the sonar's head was at a ping, as far as poses tell."""
+        """Return where the sonar's head was at a ping, as far as poses are known."""
         t_ns = self._data.pings[place].t_ns
         buffer = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         for pose in self._data.poses_about(t_ns, POSES_BEFORE):
@@ -233,7 +233,7 @@ class _Looker:
 
 
 class _TimedChain(Chain):
-    """A chain that tells how long each stage took with the last ping."""
+    """A chain that measures how long each stage took with the last ping."""
 
     def __init__(
         self, settings: PipelineSettings, looker: _Looker, learnt: Learnt, overtaken: Callable[[], bool]
@@ -328,7 +328,7 @@ class _Prepared:
         began = time.perf_counter_ns()
         found = self.chain.process(ping, pose=pose)
         whole = time.perf_counter_ns() - began
-        if self.chain.prepared_anew:
+        if self.chain.was_prepared:
             self._prepared_ns = whole
         else:
             self._runs = [*self._runs[1 - MOST_RUNS :], [*self.chain.spent_ns, whole]]
@@ -336,7 +336,7 @@ class _Prepared:
         return found
 
     def run_again(self, ping: Ping, place: int, give_up: Callable[[], bool]) -> None:
-        """Take the time of a ping in a few runs in which nobody looks."""
+        """Measure the time of a ping in a few runs without recording stages."""
         self._runs = []
         began = time.perf_counter_ns()
         while len(self._runs) < MOST_RUNS and time.perf_counter_ns() - began < LONGEST_RUNS_NS and not give_up():

@@ -38,7 +38,7 @@ def thresholds(look: Look, stage: Mapping[str, Any]) -> list[Threshold]:
 
 
 def setting_at(look: Look, stage: Mapping[str, Any], level_db: float) -> float | None:
-    """Return the value of the setting whose level lies at `level_db`; None: no setting tells this level."""
+    """Return the value of the setting whose level lies at `level_db`; None: no setting gives this level."""
     scale = _scale(look, stage)
     if scale is None:
         return None

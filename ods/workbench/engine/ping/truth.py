@@ -55,14 +55,14 @@ def judged(detections: Detections, circles: Sequence[TrueCircle]) -> Judged:
     found = detections.detections
     places, true_places = _in_plane(found), _in_plane(circles)
     radii, true_radii = _radii(found), _radii(circles)
-    told = matched(places, radii, true_places, true_radii)
+    matches = matched(places, radii, true_places, true_radii)
     apart = np.linalg.norm(places[:, None, :] - true_places[None, :, :], axis=-1)
     touches = (apart <= radii[:, None] + true_radii[None, :]).any(axis=1)
     return Judged(
-        told.both,
-        [place for place in told.only_a if touches[place]],
-        [place for place in told.only_a if not touches[place]],
-        [place for place in told.only_b if circles[place].in_sector and is_processed(detections, circles[place])],
+        matches.both,
+        [place for place in matches.only_a if touches[place]],
+        [place for place in matches.only_a if not touches[place]],
+        [place for place in matches.only_b if circles[place].in_sector and is_processed(detections, circles[place])],
     )
 
 

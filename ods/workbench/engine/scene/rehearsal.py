@@ -18,11 +18,11 @@ from ods.workbench.engine.background.own_process import GoesOn, whole
 from ods.workbench.engine.scene.view import SceneError, built
 
 SETTLE_S = 3.0
-"""From the first sight of an object until it counts as missed, as on the bench."""
+"""Time from the first observation of an object until it counts as missed, as on the bench."""
 
 
 class Course(NamedTuple):
-    """A track as the lists told of it."""
+    """A track as the lists reported it."""
 
     id: int
     state: TrackState
@@ -55,8 +55,8 @@ class Rehearsal(NamedTuple):
         """Return where each track went."""
         places: dict[int, list[tuple[float, float]]] = {}
         last: dict[int, Obstacle] = {}
-        for _, told in self.record.lists:
-            for item in told.obstacles:
+        for _, latest in self.record.lists:
+            for item in latest.obstacles:
                 places.setdefault(item.id, []).append(item.position_ned[:2])
                 last[item.id] = item
         return [Course(number, last[number].state, last[number].radius_m, ways) for number, ways in places.items()]
@@ -67,8 +67,8 @@ class Rehearsal(NamedTuple):
         return [self.record.truths[number] for number in sorted(self.record.truths)]
 
 
-def rehearse(scene: Scene, sonar: SonarModel, settings: MissionSettings, tell: GoesOn = whole) -> Rehearsal | None:
-    """Rehearse a whole scene; None: `tell`, which is called after each ping, told to give up. Raises OdsError."""
+def rehearse(scene: Scene, sonar: SonarModel, settings: MissionSettings, progress: GoesOn = whole) -> Rehearsal | None:
+    """Rehearse a whole scene; None: `progress`, which is called after each ping, returned false. Raises OdsError."""
     began = time.monotonic()
     try:
         source = simulated(scene, sonar)
@@ -81,7 +81,7 @@ def rehearse(scene: Scene, sonar: SonarModel, settings: MissionSettings, tell: G
         record.image = step.ping, step.detections
         detections += len(step.detections.detections)
         costs.append((step.chain_ms, step.tracker_ms))
-        if not tell(done / len(source.pings)):
+        if not progress(done / len(source.pings)):
             return None
     record.truths = dict(source.truths)
     objects, false_ids = score_objects(record, SETTLE_S)
@@ -92,6 +92,6 @@ def rehearse(scene: Scene, sonar: SonarModel, settings: MissionSettings, tell: G
     )  # fmt: skip
 
 
-def rehearse_file(tell: GoesOn, file: SceneFile, sonar: str, settings: MissionSettings) -> Rehearsal | None:
+def rehearse_file(progress: GoesOn, file: SceneFile, sonar: str, settings: MissionSettings) -> Rehearsal | None:
     """Rehearse a scene as its file has it, seen by a sonar of that name. Raises OdsError."""
-    return rehearse(built(file), find_sonar(sonar), settings, tell)
+    return rehearse(built(file), find_sonar(sonar), settings, progress)

@@ -101,7 +101,7 @@ def pings_of(file: SceneFile, sonar: SonarModel) -> int:
 
 
 class ScenePictures:
-    """Makes images of one scene after the other; for use by one thread. What did not change is not made anew."""
+    """Makes images of one scene after the other; for use by one thread. Unchanged parts are kept."""
 
     def __init__(self) -> None:
         self._sonar: tuple[tuple[str, Path | None], SonarModel] | None = None
@@ -135,7 +135,7 @@ class ScenePictures:
         return self._sonar[1]
 
     def _seeing(self, file: SceneFile, sonar: SonarModel) -> ImageSimulator:
-        """Return a simulator; its tables, which take a quarter of a second, are made anew for other levels only."""
+        """Return a simulator; its tables, which take a quarter of a second, are made again only for other levels."""
         known = self._images
         if known is None or (known.scene.file.image, known.scene.file.seed) != (file.image, file.seed):
             return ImageSimulator(sonar, built(file))

@@ -14,7 +14,7 @@ def follows(tuning: Tuning) -> bool:
 
 
 def columns(tuning: Tuning, dr_m: float) -> Columns:
-    """Return what follows, for range samples so far apart."""
+    """Return what follows, for this spacing of range samples."""
     settings = tuning.config.pipeline
     return columns_of(settings.smallest_object_m, dr_m, settings.attention.subsample)
 

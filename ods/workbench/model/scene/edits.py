@@ -26,7 +26,7 @@ NEW: dict[str, Any] = {
 
 
 def with_object(scene: SceneFile, shape: str, position_ned: Place) -> SceneFile:
-    """Put an object at a place, at rest, under a name of its own. Raises PathError."""
+    """Put an object at a place, static, under a name of its own. Raises PathError."""
     name = _free_name(scene, shape, 1)
     new = {"shape": shape, "name": name, "position_ned": list(position_ned), **SHAPES[shape]}
     return with_tables(scene, "objects", lambda objects: [*objects, new])

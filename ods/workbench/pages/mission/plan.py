@@ -14,7 +14,7 @@ from ods.workbench.web.plan_view import Area, Circle, Ellipse, Line, Mark, Place
 MOST_POINTS = 400
 """Of a line."""
 SIGMAS = 2.0
-"""Ellipses and bands span so many standard deviations, either way."""
+"""Half width of ellipses and bands, standard deviations."""
 ROLES: dict[int, Role] = {0: "tentative", **NAMES}
 """Of the states of `lifecycle`."""
 
@@ -51,11 +51,11 @@ def moment(result: Tracked, place: int, marked: int | None) -> list[Shape]:
     outline = result.outline(place)
     if len(outline):
         shapes.append(Area(points_of(outline), "sector"))
-    told = result.list_at(place)
+    latest = result.list_at(place)
     shapes += _true_objects(result, place)
-    if told is not None:
-        shapes += objects(told, marked, result.name_of)
-        shapes += approach(told, marked, result.path[place], velocity_at(result, place), result.name_of)
+    if latest is not None:
+        shapes += objects(latest, marked, result.name_of)
+        shapes += approach(latest, marked, result.path[place], velocity_at(result, place), result.name_of)
     shapes.append(Mark(flat(result.path[place]), "vehicle", round(result.heading(place), 4)))
     return shapes
 
@@ -70,9 +70,9 @@ def _true_objects(result: Tracked, place: int) -> list[Shape]:
     return found
 
 
-def objects(told: ObstacleList, marked: int | None, name_of: Callable[[int], str] = track_name) -> list[Shape]:
+def objects(latest: ObstacleList, marked: int | None, name_of: Callable[[int], str] = track_name) -> list[Shape]:
     """Return the objects of a list with their ellipses and predictions; name_of: what a track is called."""
-    shown = [item for item in told.obstacles if item.state != "terminated"]
+    shown = [item for item in latest.obstacles if item.state != "terminated"]
     return [shape for item in shown for shape in _object(item, marked, name_of(item.id))]
 
 
@@ -104,13 +104,13 @@ def ellipse_of(at: Place, sigma_north: float, sigma_east: float, covariance: flo
 
 
 def approach(
-    told: ObstacleList, marked: int | None, at: Floats, velocity: Floats, name_of: Callable[[int], str] = track_name
+    latest: ObstacleList, marked: int | None, at: Floats, velocity: Floats, name_of: Callable[[int], str] = track_name
 ) -> list[Shape]:
     """Return the closest approach to the vehicle of the marked object, or of the one that comes nearest.
 
     at, velocity: the vehicle's, (3,) NED, m and m/s.
     """
-    coming = [(item.cpa, item) for item in told.obstacles if item.cpa is not None and item.cpa.time_s > 0.0]
+    coming = [(item.cpa, item) for item in latest.obstacles if item.cpa is not None and item.cpa.time_s > 0.0]
     nearest = sorted(coming, key=lambda pair: (pair[1].id != marked, pair[0].distance_m))[:1]
     shapes: list[Shape] = []
     for cpa, item in nearest:

@@ -19,16 +19,16 @@ QUANTITIES = (
     ("velocity down, m/s", "velocity", 2),
 )
 LEAST_M = 0.5
-"""An axis spans so much at least, m or m/s."""
+"""Least span of an axis, m or m/s."""
 
 
 def looked_at(result: Tracked, marked: int | None) -> Course | None:
-    """Return the course of the marked object; where there is none, that of the one that was told of most often."""
+    """Return the course of the marked object; where there is none, that of the one that was listed most often."""
     return result.course(marked) or max(result.courses, key=lambda course: len(course.t_s), default=None)
 
 
 def strips(result: Tracked, marked: int | None) -> list[Strip]:
-    """Return the lives of all objects, or of those that were told of most often, in the order of their ids."""
+    """Return the lives of all objects, or of those that were listed most often, in the order of their ids."""
     often = sorted(result.courses, key=lambda course: (course.id == marked, len(course.t_s)), reverse=True)
     return [
         Strip(

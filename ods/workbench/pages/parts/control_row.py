@@ -28,7 +28,7 @@ class ControlRow:
 
     @property
     def default(self) -> Any:
-        """What it is where the configuration does not tell it."""
+        """Value where the configuration has none."""
         return self._control.default
 
     def show(self, value: Any) -> None:

@@ -17,7 +17,7 @@ NUMBERS: Columns = (
 
 
 def table(title: str, columns: Columns, clicked: Callable[[str], None] | None) -> ui.table:
-    """Build a table; clicked: is told the id of the row."""
+    """Build a table; clicked: gets the id of the row."""
     fields = [
         {"name": name, "label": label, "field": name, "align": "right" if at else "left"}
         for at, (name, label) in enumerate(columns)
@@ -26,8 +26,8 @@ def table(title: str, columns: Columns, clicked: Callable[[str], None] | None) -
     built.props("dense flat bordered hide-pagination :rows-per-page-options=[0] title-class=text-sm no-data-label=none")
     built.classes("grow min-w-0").style("max-height: 190px")
     if clicked is not None:
-        told = clicked
-        built.on("rowClick", lambda event: told(str(event.args[1]["id"])))
+        callback = clicked
+        built.on("rowClick", lambda event: callback(str(event.args[1]["id"])))
     return built
 
 
@@ -49,5 +49,5 @@ def numbers(item: Obstacle, name: str = "") -> dict[str, object]:
 
 def place(position: Vector3, sigma: Vector3) -> dict[str, object]:
     """Return north and east with their standard deviations."""
-    told = zip(("north", "east"), position, sigma, strict=False)
-    return {name: f"{at:.1f} ± {error:.1f}" for name, at, error in told}
+    axes = zip(("north", "east"), position, sigma, strict=False)
+    return {name: f"{at:.1f} ± {error:.1f}" for name, at, error in axes}

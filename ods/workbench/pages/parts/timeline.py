@@ -23,8 +23,8 @@ PLAY_S = 0.2
 """Between pings, where their times are not known."""
 MOST_MARKS = 120
 """Of a kind."""
-TOLD: tuple[Kind, ...] = ("new", "lost")
-"""Of objects: what the tracker's lists tell."""
+REPORTED: tuple[Kind, ...] = ("new", "lost")
+"""Kinds of marks that come from the tracker's lists."""
 SIGNS: dict[Kind, tuple[str, str]] = {
     "new": ("▲", "text-teal-5"), "lost": ("▽", "text-blue-4"), "gap": ("✕", "text-red-5"),
     "bookmark": ("★", "text-amber-7"),
@@ -36,7 +36,7 @@ class Timeline:
     """One row. `show` takes the data and the ping that is shown."""
 
     def __init__(self, session: Session, is_ready: Callable[[], bool], hold: Callable[[bool], None]) -> None:
-        """is_ready: whether the page shows what was asked for last, so that playing may go on; hold: told that the
+        """is_ready: whether the page shows what was asked for last, so that playing may go on; hold: called when the
         hand drags the timeline, and that it has let go."""
         self._session, self._is_ready, self._hold = session, is_ready, hold
         self._data: Data | None = None
@@ -135,7 +135,7 @@ class Timeline:
         result, of = rerun.result, rerun.result_of
         tracks = track_marks(result) if result is not None and of is not None and of[:2] == wish[:2] else []
         known = [*self._gaps, *tracks, *bookmark_marks(self._session.state.bookmarks)] if last else []
-        drawn = last, [(mark, mark.kind in TOLD and of != wish) for mark in thinned(known, last, MOST_MARKS)]
+        drawn = last, [(mark, mark.kind in REPORTED and of != wish) for mark in thinned(known, last, MOST_MARKS)]
         if drawn == self._drawn:
             return
         self._drawn = drawn

@@ -36,7 +36,7 @@ class Profile:
         self._view.on_drag(dragged)
 
     def answer(self, answer: Answer) -> None:
-        """Show what came anew."""
+        """Show the newest answer."""
         self._answer = answer
         options = self._options(answer)
         chosen = self._names(options)
@@ -115,7 +115,7 @@ class Histogram:
         self._view.on_drag(dragged)
 
     def answer(self, answer: Answer) -> None:
-        """Show what came anew."""
+        """Show the newest answer."""
         last = answer.a.looks[-1]
         curves = [_bars(last, "first", "A" if answer.b else "")]
         if answer.b is not None:
@@ -143,7 +143,7 @@ class CostBars:
         self._shown = ui.html("", sanitize=False).classes("w-full text-sm").mark("cost")
 
     def show(self, costs: Costs, period_s: float | None) -> None:
-        """Show what came anew."""
+        """Show the newest answer."""
         most = max(cost.whole for _, cost in costs)
         rows = (f"<div>{who} {_summary(cost, period_s)}</div>{_bar(cost, most)}" for who, cost in costs)
         self._shown.set_content("".join(rows))

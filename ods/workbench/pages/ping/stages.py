@@ -106,7 +106,7 @@ class StageList:
             in_loop(self._list, self._show_newest, PICTURE_FIRST_S)
 
     def _show_newest(self) -> None:
-        if _shape(self._session.state) == self._shape:  # else the list is about to be built anew
+        if _shape(self._session.state) == self._shape:  # otherwise the list is about to be built again
             self._show(self._session.state)
 
     def _show(self, state: State) -> None:

@@ -60,9 +60,9 @@ Costs = Sequence[tuple[str, Cost]]
 
 
 class Hearer(Protocol):
-    """Who is told what comes of it, in a thread."""
+    """Receiver of the answers, in a thread."""
 
-    def told(self, answer: Answer) -> None:
+    def answered_with(self, answer: Answer) -> None:
         """Take what came."""
 
     def costed(self, costs: Costs, period_s: float | None) -> None:
@@ -111,7 +111,7 @@ class Work:
         self._waits = not self._visible
         if self._visible:
             with self._lock:
-                if self.asked == self.answered:  # else it was told when the last came
+                if self.asked == self.answered:  # otherwise it was shown when the last came
                     self._since = time.monotonic()
                 self.asked += 1
                 self._newest.ask((self.asked, self._session.state))
@@ -191,7 +191,7 @@ class Work:
 
     def _tell(self, request: tuple[int, State], answer: Answer) -> None:
         self.answered, self._since = request[0], time.monotonic()
-        self._hearer.told(answer)
+        self._hearer.answered_with(answer)
         self._tell_costs(answer)
         if self._newest.rests(IDLE_S):
             give_back_freed()

@@ -9,7 +9,7 @@ from nicegui import ui
 from ods.workbench.engine.scene.curves import Curve
 
 COLOURS = ("#56b4e9", "#e69f00", "#009e73", "#cc79a7")
-"""Told apart by colour-blind eyes, too."""
+"""Colours that colour-blind eyes can distinguish, too."""
 QUIET = "#8b949e"
 
 

@@ -42,7 +42,7 @@ def _row(session: Session, control: Control) -> None:
         show()
 
     def show(_: State | None = None, __: State | None = None) -> None:
-        value = _value(session.state, control.path)  # the newest: what is told comes later
+        value = _value(session.state, control.path)  # the newest: notifications come later
         if isinstance(value, int | float):
             row.show(value)
 

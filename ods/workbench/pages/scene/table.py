@@ -38,7 +38,7 @@ class SceneTable:
         self._show()
 
     def _show(self) -> None:
-        """Show the numbers as they are; rows are built anew only for other objects, so that typing goes on."""
+        """Show the numbers as they are; rows are built again only for other objects, so that typing goes on."""
         scene = self._session.state.scene
         if not self._dialog.value or scene is None:
             return

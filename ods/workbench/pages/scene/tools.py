@@ -28,7 +28,7 @@ class PlanTools:
     def __init__(
         self, session: Session, plan: PlanView, selected: Callable[[], str], select: Callable[[str], None]
     ) -> None:
-        """selected: tells the part that is; select: selects another."""
+        """selected: returns the part that is; select: selects another."""
         self._session, self._plan = session, plan
         self._selected, self._select = selected, select
         self.step_m = 0.1

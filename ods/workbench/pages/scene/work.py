@@ -53,7 +53,7 @@ def build_cost(session: Session) -> None:
         charts.show(bar, charts.bars(parts, 1e3 * cost.period_s))
         paper = ", ".join(f"{name} {TABLE_1[name]} s" for name in TABLE_1)
         total = cost.parts_ms["total"]
-        told.set_text(
+        line.set_text(
             f"One image: {total:.1f} ms of CPU, {total / cost.period_s / 10.0:.1f} % of the ping's period. "
             f"Table 1 of the paper, 1996: {paper}."
         )
@@ -63,7 +63,7 @@ def build_cost(session: Session) -> None:
         button = ui.button("measure", icon="timer", on_click=measure).props("flat dense no-caps").mark("measure cost")
     bar = ui.echart({}).classes("w-full h-36")
     bar.set_visibility(False)
-    told = ui.label().classes("text-xs opacity-70").mark("cost")
+    line = ui.label().classes("text-xs opacity-70").mark("cost")
 
 
 def build_rehearsal(session: Session, shown: Callable[[Rehearsal | None], None]) -> None:
@@ -104,14 +104,14 @@ class _Rehearsal:
         if state.scene is None:
             raise SceneError("scene: none is open")
 
-        def tell(share: float) -> bool:
+        def progress(share: float) -> bool:
             nonlocal last
             if share - last >= PROGRESS_STEP or share == 1.0:
                 last = share
                 in_loop(self._bar, lambda: self._bar.set_value(share))
             return not self._ends.is_set()
 
-        return in_own_process(rehearse_file, tell, state.scene, state.data.sonar, state.tuning.mission())
+        return in_own_process(rehearse_file, progress, state.scene, state.data.sonar, state.tuning.mission())
 
     def _running(self, on: bool) -> None:
         self._button.set_enabled(not on)
