@@ -12,8 +12,8 @@ from ods.doctor.lines import nav_line, sonar_port
 from ods.runtime.run_dir import is_locked
 
 
-def findings(config: Path, listen_s: float = 0.0) -> Iterator[Finding]:
-    """Yield what is found, good or not."""
+def findings(config: Path, listen_s: float = 0.0, run_dir: Path | None = None) -> Iterator[Finding]:
+    """Yield what is found, good or not. run_dir: where the processes meet, if not where the configuration says."""
     yield from machine.versions()
     yield from machine.wall_clock()
     yield from machine.sqlite_rtree()
@@ -36,4 +36,4 @@ def findings(config: Path, listen_s: float = 0.0) -> Iterator[Finding]:
     yield from source
     if listen_s and source[-1].level == "good":
         yield from navigation.listen(settings, listen_s)
-    yield from running.sockets(settings.bus.run_dir)
+    yield from running.sockets(run_dir or settings.bus.run_dir)

@@ -44,11 +44,11 @@ class Score:
     def count_image(self, detections: Sequence[Detection], targets: Sequence[Target]) -> None:
         """Add one image. A target is found when a detection's centre lies in its box, the nearest one is measured;
         more detections in a box are neither found targets nor false alarms."""
-        false = sum(not any(_inside(d, t) for t in targets) for d in detections)
+        false = sum(not any(t.holds(d) for t in targets) for d in detections)
         counted = [target for target in targets if target.counts]
         found = 0
         for target in counted:
-            inside = [d for d in detections if _inside(d, target)]
+            inside = [d for d in detections if target.holds(d)]
             found += bool(inside)
             if inside and target.circle is not None:
                 self._measure(inside, target.circle)
@@ -64,13 +64,6 @@ class Score:
         nearest = int(np.argmin(errors))
         self.position_error_m.append(errors[nearest])
         self.radius_error.append(inside[nearest].radius_m / radius - 1.0)
-
-
-def _inside(detection: Detection, target: Target) -> bool:
-    return (
-        target.range_m[0] <= detection.range_m <= target.range_m[1]
-        and target.bearing_rad[0] <= detection.bearing_rad <= target.bearing_rad[1]
-    )
 
 
 def _distance(range_a: float, bearing_a: float, range_b: float, bearing_b: float) -> float:

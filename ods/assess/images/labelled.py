@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ods.base.arrays import Floats32
-from ods.messages import Ping
+from ods.messages import Detection, Ping
 
 LABEL_MARGIN = 3
 """Cells by which the label's box of a drawn object is wider than its echo."""
@@ -23,6 +23,11 @@ class Target:
     """Slant range, bearing and radius of the body; none: only the box is known."""
     counts: bool = True
     """False: neither finding nor missing it says anything; its detections are no false alarms either."""
+
+    def holds(self, detection: Detection) -> bool:
+        """Return whether a detection finds it: its centre lies in the box."""
+        (near_m, far_m), (port, starboard) = self.range_m, self.bearing_rad
+        return near_m <= detection.range_m <= far_m and port <= detection.bearing_rad <= starboard
 
 
 @dataclass(frozen=True, eq=False)

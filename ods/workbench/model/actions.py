@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from ods.workbench.model.state import DataReference, State, Tuning
+from ods.workbench.model.state import Beside, DataReference, Label, State, Tuning
 
 Place = tuple[float, float, float]
 ShapeName = Literal["sphere", "cylinder", "plane"]
@@ -92,6 +92,12 @@ class OpenData(Action, frozen=True, tag="open"):
     """Tables of the scene's file."""
 
 
+class ShowBeside(Action, frozen=True, tag="beside"):
+    """Show a ping of other data beside the one at hand; none: no more."""
+
+    beside: Beside | None
+
+
 class ShowPing(Action, frozen=True, tag="ping"):
     """Go to a ping. Not a step of the history."""
 
@@ -111,6 +117,26 @@ class SetBookmark(Action, frozen=True, tag="bookmark"):
 
     ping: int
     text: str
+
+
+class AddLabel(Action, frozen=True, tag="add_label"):
+    """Label something in a recording."""
+
+    label: Label
+
+
+class RemoveLabel(Action, frozen=True, tag="remove_label"):
+    """Take a label away."""
+
+    at: int
+
+
+class SetLabels(Action, frozen=True, tag="set_labels"):
+    """Take other labels for all."""
+
+    labels: tuple[Label, ...]
+    name: str
+    """How the history calls it: a file."""
 
 
 class SetScene(Action, frozen=True, tag="set_scene"):
@@ -160,7 +186,7 @@ class RemoveWaypoint(Action, frozen=True, tag="remove_waypoint"):
 
 Step = (
     SetSetting | AddStage | RemoveStage | MoveStage | BypassStage | WriteNumbers | SetTuning | SetState | KeepAsB
-    | SwapAB | DropB | OpenData | ShowPing | SetView | SetBookmark | SetScene | AddObject | CopyObject | RemoveObject
-    | AddWaypoint | RemoveWaypoint
+    | SwapAB | DropB | OpenData | ShowBeside | ShowPing | SetView | SetBookmark | AddLabel | RemoveLabel | SetLabels
+    | SetScene | AddObject | CopyObject | RemoveObject | AddWaypoint | RemoveWaypoint
 )  # fmt: skip
 """Any action; messages and macros are decoded as this."""

@@ -1,15 +1,15 @@
 """Application of an action to a state: the only way that a state changes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import msgspec
 
 from ods.workbench.model import actions as do
 from ods.workbench.model.chain import edits as chain_edits, numbers as chain_numbers
-from ods.workbench.model.paths import PathError, typed, with_value
+from ods.workbench.model.paths import PathError, tables_of, typed, with_value
 from ods.workbench.model.scene import edits as scene_edits
-from ods.workbench.model.state import Bookmark, State, Tuning
+from ods.workbench.model.state import Bookmark, Label, State, Tuning
 
 STAGE = "pipeline.stage["
 replace = msgspec.structs.replace
@@ -56,7 +56,7 @@ def _open(state: State, action: do.OpenData) -> State:
     scene = state.scene if action.scene is None else scene_edits.scene_of(action.scene)
     if action.data.kind == "scene" and scene is None:
         raise PathError("scene: none is open")
-    return replace(state, data=action.data, scene=scene, ping=0, bookmarks=())
+    return replace(state, data=action.data, scene=scene, ping=0, bookmarks=(), labels=())
 
 
 def _show_ping(state: State, action: do.ShowPing) -> State:
@@ -68,6 +68,18 @@ def _set_bookmark(state: State, action: do.SetBookmark) -> State:
     if action.text:
         kept.append(typed({"ping": action.ping, "text": action.text}, Bookmark))
     return replace(state, bookmarks=tuple(sorted(kept, key=lambda mark: mark.ping)))
+
+
+def _with_labels(state: State, labels: Iterable[Label]) -> State:
+    """Return a state with labels, which are checked: there may be too many of them."""
+    ordered = sorted(labels, key=lambda label: label.ping)
+    return with_value(state, "labels", [tables_of(label) for label in ordered])
+
+
+def _remove_label(state: State, action: do.RemoveLabel) -> State:
+    if not 0 <= action.at < len(state.labels):
+        raise PathError("label: there is no such one")
+    return replace(state, labels=state.labels[: action.at] + state.labels[action.at + 1 :])
 
 
 def _swap(state: State, _: do.SwapAB) -> State:
@@ -89,9 +101,13 @@ _DOING: dict[type[do.Action], Callable[[State, Any], State]] = {
     do.SwapAB: _swap,
     do.DropB: lambda state, _: replace(state, other=None),
     do.OpenData: _open,
+    do.ShowBeside: lambda state, a: replace(state, beside=a.beside),
     do.ShowPing: _show_ping,
     do.SetView: lambda state, a: replace(state, view=with_value(state.view, a.name, a.value)),
     do.SetBookmark: _set_bookmark,
+    do.AddLabel: lambda state, a: _with_labels(state, [*state.labels, a.label]),
+    do.RemoveLabel: _remove_label,
+    do.SetLabels: lambda state, a: _with_labels(state, a.labels),
     do.SetScene: _set_scene,
     do.AddObject: lambda state, a: _with_scene(
         state, lambda scene: scene_edits.with_object(scene, a.shape, a.position_ned)

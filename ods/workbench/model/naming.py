@@ -91,7 +91,7 @@ _VIEW: dict[str, str | tuple[str, str]] = {
     "large": "large pictures", "echogram_beam": "single beam in the echogram", "echogram_layers": "echogram with",
     "truth": ("show truth", "hide truth"),
     "attention": ("show attention", "hide attention"), "pinned_beam": "pinned beam", "marked_obstacle": "marked track",
-    "dark": ("dark", "light"),
+    "dark": ("dark", "light"), "chain_px": "width of the chain, pixels",
 }  # fmt: skip
 """What a field of View is called; of a switch both."""
 
@@ -117,9 +117,13 @@ _NAMES: dict[type[do.Action], Callable[[Any, State], str]] = {
     do.SwapAB: lambda _, __: "swap A and B",
     do.DropB: lambda _, __: "drop B",
     do.OpenData: lambda a, _: f"open {a.data.path or a.data.kind}",
+    do.ShowBeside: lambda a, _: f"beside it {a.beside.data.path}" if a.beside else "nothing beside it",
     do.ShowPing: lambda a, _: f"ping {a.ping}",
     do.SetView: _view,
     do.SetBookmark: lambda a, _: f"bookmark {a.text}" if a.text else "remove bookmark",
+    do.AddLabel: lambda a, _: " ".join(filter(None, ("label", a.label.text, f"in ping {a.label.ping}"))),
+    do.RemoveLabel: lambda _, __: "remove label",
+    do.SetLabels: lambda a, _: a.name,
     do.SetScene: _set_scene,
     do.AddObject: lambda a, _: f"add {a.shape}",
     do.CopyObject: lambda a, before: f"copy {_object(before, a.at)}",

@@ -65,6 +65,8 @@ class View(Settings, frozen=True):
     """Ranges that this ping skips are dimmed."""
     truth: bool = True
     """Where the truth is known, right, false and missed ones are distinguished."""
+    chain_px: Annotated[int, msgspec.Meta(ge=280, le=900)] = 432
+    """Width of the list of stages."""
     large: bool = False
     """Pictures have the window; stages and charts are folded away."""
     pinned_beam: int | None = None
@@ -90,6 +92,35 @@ class Bookmark(Settings, frozen=True):
     text: str = ""
 
 
+class Label(Settings, frozen=True):
+    """Something in a recording that a detector ought to find, as a person sees it."""
+
+    ping: NonNegativeInt
+    """Place in the recording."""
+    beams: tuple[NonNegativeInt, NonNegativeInt]
+    """The first and the last, from port."""
+    samples: tuple[NonNegativeInt, NonNegativeInt]
+    """The first and the last."""
+    shape: Literal["rectangle", "ellipse"] = "rectangle"
+    """As it is drawn; what counts is the box around it."""
+    text: Annotated[str, msgspec.Meta(max_length=80)] = ""
+    """What it looks like."""
+
+    def __post_init__(self) -> None:
+        if self.beams[0] > self.beams[1] or self.samples[0] > self.samples[1]:
+            raise ValueError("beams, samples: the first must not be above the last")
+        if not self.text.isprintable() or "#" in self.text:
+            raise ValueError("text: one line of plain text, without #")
+
+
+class Beside(Settings, frozen=True):
+    """Other data, of which a ping is shown beside the one at hand."""
+
+    data: DataReference
+    scene: SceneFile | None = None
+    """Of `data`, where that is a scene."""
+
+
 class State(Settings, frozen=True):
     """All that a workbench shows."""
 
@@ -105,3 +136,7 @@ class State(Settings, frozen=True):
     """Place in the data of the ping that is shown."""
     bookmarks: tuple[Bookmark, ...] = ()
     """In order of pings."""
+    beside: Beside | None = None
+    """Seen through the same chain; none: nothing."""
+    labels: Annotated[tuple[Label, ...], msgspec.Meta(max_length=5000)] = ()
+    """Of a recording, in order of pings."""

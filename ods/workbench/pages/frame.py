@@ -17,6 +17,7 @@ from ods.base.errors import one_line
 from ods.workbench.model.actions import SetView
 from ods.workbench.model.state import DataReference
 from ods.workbench.pages.parts import shared_link
+from ods.workbench.pages.parts.open_dialog import OpenDialog
 from ods.workbench.session import Session
 from ods.workbench.web.follow import PICTURE_FIRST_S, follow, in_loop
 
@@ -46,6 +47,7 @@ MENUS = (
 KEYS = (
     ("Ctrl Z", "undo"),
     ("Ctrl Y, Ctrl Shift Z", "redo"),
+    ("O", "open a recording or a scene"),
     ("P", "fan or beams beside each other"),
     ("D", "dark or light"),
     ("1 ... 9", "menus"),
@@ -86,10 +88,12 @@ def build(session: Session) -> None:
     menus = _Menus(session)
     with ui.header().classes("items-center gap-1 px-3 py-0").style("background: #161b22; color: #e6edf3"):
         ui.label("ODS workbench").classes("text-base font-medium")
+        opens = OpenDialog(session)
+        _icon("folder_open", "open a recording or a scene (O)", opens.open).mark("open")
         _data_name(session)
         ui.space()
         _undo_and_redo(session)
-        keys = _Keys(session, menus)
+        keys = _Keys(session, menus, opens)
         _icon("contrast", "dark or light (D)", keys.toggle_dark)
         _icon("help_outline", "keys (?)", keys.show)
         with ui.row().classes("w-full"):
@@ -114,7 +118,7 @@ def _tell(error: Exception) -> None:
 
 
 def _data_name(session: Session) -> None:
-    label = ui.label(_short(name_of(session.state.data))).classes("text-sm opacity-80 ml-3").mark("data")
+    label = ui.label(_short(name_of(session.state.data))).classes("text-sm opacity-80").mark("data")
     follow(session, label, lambda _, after: label.set_text(_short(name_of(after.data))))
 
 
@@ -236,8 +240,8 @@ class _Menus:
 class _Keys:
     """What keys do on every menu, and the overlay that lists them."""
 
-    def __init__(self, session: Session, menus: _Menus) -> None:
-        self._session, self._menus = session, menus
+    def __init__(self, session: Session, menus: _Menus, opens: OpenDialog) -> None:
+        self._session, self._menus, self._opens = session, menus, opens
         with ui.dialog() as self._overlay, ui.card():
             ui.label("Keys").classes("text-lg")
             self._list = ui.grid(columns="auto auto").classes("gap-x-6 gap-y-1")
@@ -270,7 +274,8 @@ class _Keys:
         elif key.isdecimal():
             self._menus.choose(int(key))
         else:
-            does = {"?": self.show, "p": self.toggle_presentation, "d": self.toggle_dark}.get(key.lower())
+            keys = {"?": self.show, "o": self._opens.open, "p": self.toggle_presentation, "d": self.toggle_dark}
+            does = keys.get(key.lower())
             if does and not pressed.alt:
                 does()
 

@@ -1,5 +1,5 @@
 """Menu "Live": a vehicle's own bus, read only: what it sees, what a planner receives and why, the state of its
-processes."""
+processes, and operators' vetoes."""
 
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,14 +12,13 @@ from nicegui.element import Element
 from ods.base import clock
 from ods.base.clock import NS
 from ods.base.frames.quaternion import rotated
-from ods.messages import Health
-from ods.runtime.processes import may_be_on_board
-from ods.workbench.engine.live import WORDS, Line, Live, Verdict, state_of
+from ods.workbench.engine.live import WORDS, Line, Live, Verdict
 from ods.workbench.engine.mission.tracked import heading_of
 from ods.workbench.model.actions import SetView
 from ods.workbench.model.state import State
 from ods.workbench.pages.mission import plan as observer_plan
 from ods.workbench.pages.parts.live_image import frame_of_ping
+from ods.workbench.pages.parts.live_tables import LiveTables, veto_shapes
 from ods.workbench.pages.parts.tables import NUMBERS, numbers, table
 from ods.workbench.session import Session
 from ods.workbench.web.fan_view import FanView
@@ -28,12 +27,6 @@ from ods.workbench.web.frames import FrameBoard
 from ods.workbench.web.plan_view import Circle, Line as Way, Mark, Pick, PlanView, Shape
 from ods.workbench.web.time_view import Curve, Panel, TimeView
 
-HEALTH = [
-    ("process", "process"), ("state", "state"), ("rates", "messages a second"), ("cpu", "CPU, %"),
-    ("memory", "memory, MB"), ("counters", "counters that are not 0"),
-]  # fmt: skip
-STATE = """<q-td :props="props" style="min-width: 6em"
-    :class="props.row.bad ? 'text-negative' : 'text-positive'">{{ props.value }}</q-td>"""
 NONE = """No vehicle's bus is looked at. Start the workbench with --live RUN_DIR, on the vehicle's own computer or where
 `ods replay --live` plays a recording."""
 SHOWN_LINES = 100
@@ -106,8 +99,8 @@ class _LivePage:
         self._plan.on_pick(self._picked)
         with ui.row().classes("w-full no-wrap gap-2 items-start max-xl:flex-wrap"):
             self._numbers = table("Obstacles", NUMBERS, self._mark).style("min-width: min(38rem, 60%)")
-            self._health = table("Processes", HEALTH, None)
-            self._health.props("wrap-cells").add_slot("body-cell-state", STATE)
+            self._tables = LiveTables(self._live)
+        self._tables.build_others(self._session)
         ui.label("Log").classes("text-sm font-medium")
         self._log = ui.log(max_lines=SHOWN_LINES).classes("w-full").style("height: 150px").mark("live-log")
 
@@ -156,11 +149,7 @@ class _LivePage:
         self._rates.set_text(f"bus {live.run_dir}, read only. A second: {', '.join(rates)}")
         self._silence.set_text("; ".join(live.silences(now_ns)))
         self._fan.set_busy(next((text for text in live.silences(now_ns) if text.startswith("no pings")), ""))
-        self._health.rows = [
-            _process(process.name, live.health.get(process.name), live.health_age_s(process.name, now_ns))
-            for process in may_be_on_board()
-            if process.name in live.health or not process.by_configuration
-        ]
+        self._tables.show(now_ns)
         latest = live.obstacles
         self._numbers.rows = [] if latest is None else [numbers(item) for item in latest.obstacles]
         self._draw_plan()
@@ -190,6 +179,7 @@ class _LivePage:
         shapes += [Circle(observer_plan.flat(item.position_ned), item.radius_m, "truth") for item in true]
         marked = self._session.state.view.marked_obstacle
         if latest is not None:
+            shapes += veto_shapes(latest)
             shapes += observer_plan.objects(latest, marked)
         if pose is not None:
             velocity = np.array(rotated(pose.attitude, pose.velocity_body))
@@ -223,18 +213,3 @@ def said(line: Line) -> str:
     """Return a line of the log with its time."""
     at = datetime.fromtimestamp(line.utc_ns / NS, UTC)
     return f"{at:%H:%M:%S} {line.text}"
-
-
-def _process(name: str, report: Health | None, age_s: float | None) -> dict[str, object]:
-    state, bad = state_of(report, age_s)
-    row: dict[str, object] = {"process": name, "state": ("✗ " if bad else "✓ ") + state, "bad": bad}
-    if report is not None:
-        counters = "  ".join(f"{name} {count}" for name, count in sorted(report.counters.items()) if count)
-        rates = "  ".join(f"{topic} {rate:.1f}" for topic, rate in report.rates_hz.items())
-        row |= {
-            "rates": rates,
-            "cpu": f"{report.cpu_percent:.0f}",
-            "memory": f"{report.rss_mb:.0f}",
-            "counters": counters,
-        }
-    return row

@@ -10,6 +10,7 @@ from ods.workbench.engine.mission.tracked import Tracked, track_name
 from ods.workbench.model.actions import SetView, ShowPing
 from ods.workbench.model.state import DataReference, State
 from ods.workbench.pages.mission import plan as observer_plan, times as observer_times
+from ods.workbench.pages.mission.scene import NOT_KNOWN, SceneDialog, heights_known
 from ods.workbench.pages.mission.settings import settings_panel
 from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.pages.parts.tables import NUMBERS, Columns, numbers, place, table
@@ -70,6 +71,11 @@ class _Observer:
         with ui.row().classes("w-full items-center no-wrap gap-3"):
             self._status = ui.label().classes("text-sm").mark("observer-status")
             self._bar = ui.linear_progress(0.0, show_value=False).classes("w-48").mark("observer-progress")
+            self._scene = SceneDialog(lambda: self._drawn, lambda: self._session.state.ping)
+            with ui.element("div").classes("ml-auto"):
+                ui.tooltip("").bind_text_from(self, "scene_tip")
+                self._to_scene = ui.button("3-D", icon="view_in_ar", on_click=self._scene.open)
+                self._to_scene.props("dense flat no-caps").mark("3-D").set_enabled(False)
         with ui.row().classes("w-full no-wrap gap-2"):
             with ui.element("div").classes("grow min-w-0").style("flex-basis: 46%"):
                 self._plan = PlanView(title="Plan", height=HEIGHT)
@@ -98,6 +104,11 @@ class _Observer:
         if came:
             self._ask()
             self._draw_moment()
+
+    @property
+    def scene_tip(self) -> str:
+        """What the button beside the status says."""
+        return "the mission in three dimensions" if heights_known(self._drawn) else NOT_KNOWN
 
     def _pressed(self, event: KeyEventArguments) -> None:
         if event.action.keydown and self._shown:
@@ -147,6 +158,7 @@ class _Observer:
 
     def _draw_result(self, result: Tracked) -> None:
         self._plan.show("ways", observer_plan.ways(result))
+        self._to_scene.set_enabled(heights_known(result))
         self._rest.rows = [
             {
                 "id": item.id,
@@ -190,6 +202,7 @@ class _Observer:
         course = observer_times.looked_at(result, state.view.marked_obstacle)
         self._plan.show("moment", observer_plan.moment(result, state.ping, None if course is None else course.id))
         self._plan.set_title(f"Plan at {result.t_s[state.ping]:.1f} s, ping {state.ping}")
+        self._scene.show()
         self._times.set_cursor(float(result.t_s[state.ping]))
         if self._rerun.data is not None:
             self._timeline.show(self._rerun.data, state.ping)

@@ -1,6 +1,7 @@
 """Menu 1, image processing: the chain and its sliders beside what they do to a ping, at once."""
 
 from functools import partial
+from pathlib import Path
 from typing import get_args, get_type_hints
 
 import numpy as np
@@ -8,13 +9,16 @@ from nicegui import ui
 from nicegui.elements.select import Select
 from nicegui.events import KeyEventArguments
 
+from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.engine.ping.thresholds import setting_at
 from ods.workbench.model import actions as do
-from ods.workbench.model.paths import PathError
-from ods.workbench.model.state import State, View
+from ods.workbench.model.paths import PathError, typed
+from ods.workbench.model.state import Beside, State, View
 from ods.workbench.pages.parts.folding import folds, tool_bar
+from ods.workbench.pages.parts.open_dialog import OpenDialog
 from ods.workbench.pages.parts.timeline import Timeline
 from ods.workbench.pages.ping.charts import CostBars, Histogram, Profile
+from ods.workbench.pages.ping.labelling import Labelling
 from ods.workbench.pages.ping.pictures import BESIDE, MAIN, OTHER, compares, counts_of, frames_of, title_of
 from ods.workbench.pages.ping.stages import StageList
 from ods.workbench.pages.ping.work import Answer, Costs, Work, last_stage
@@ -26,6 +30,7 @@ from ods.workbench.web.frames import FrameBoard
 KEYS = (
     ("drag", "in a profile or histogram: a level of the detector"),
     ("F", "image processing: pictures fill the window, and back"),
+    ("L", "image processing: draw labels in a recording, and no more"),
     ("space", "image processing: play, and stop"),
     ("arrows, with Shift", "image processing: a ping back or on, ten"),
 )
@@ -43,7 +48,7 @@ BUSY_S = 0.25
 BESIDE_S, BESIDE_HELD_S = 0.1, 0.4
 """After the picture, which the browser then has drawn, what is beside it is sent: no more often while one drags a
 slider, or the timeline, as it costs the browser more than the picture."""
-NOTHING = -2
+NOTHING, OTHER_DATA = -2, -3
 """In the list of what is shown beside the picture."""
 
 
@@ -62,11 +67,16 @@ class _Page:
         panel = ui.context.slot.parent
         self._waits: Answer | None = None
         self._work = Work(session, self)
-        with ui.row().classes("w-full no-wrap items-start gap-3") as self._root:
-            self._column = ui.column().classes("w-[27rem] shrink-0 gap-1 overflow-y-auto")
-            with self._column.style(f"max-height: {WINDOW}"):
+        with (
+            ui.splitter(value=0, limits=(0, 900), on_change=self._set_width)
+            .props("unit=px")
+            .classes("w-full") as self._root
+        ):
+            with self._root.before:
+                self._column = ui.column().classes("w-full gap-1 overflow-y-auto pr-2").style(f"max-height: {WINDOW}")
+            with self._column:
                 self._stages = StageList(session)
-            with ui.column().classes("grow min-w-0 gap-1 flex-nowrap") as self._right:
+            with self._root.after, ui.column().classes("w-full min-w-0 gap-1 flex-nowrap pl-2") as self._right:
                 self._build_tools()
                 self._build_pictures()
                 self._timeline = Timeline(session, lambda: self._work.answered == self._work.asked, self._hold)
@@ -85,15 +95,16 @@ class _Page:
     def _build_tools(self) -> None:
         with tool_bar():
             self._after = ui.select({}, label="picture", on_change=lambda event: self._view("shown_stage", event.value))
-            self._after.props("dense options-dense").classes("w-[7.5rem]").mark("shown stage")
+            self._after.props("dense options-dense").classes("w-[7.5rem] max-xl:w-24").mark("shown stage")
             self._beside = ui.select({}, label="beside it", on_change=lambda event: self._show_beside(event.value))
-            self._beside.props("dense options-dense").classes("w-[7.5rem]").mark("compared stage")
+            self._beside.props("dense options-dense").classes("w-[7.5rem] max-xl:w-24").mark("compared stage")
             ui.toggle(["fan", "polar"], on_change=lambda event: self._view("presentation", event.value)).props(
                 "dense no-caps"
             ).bind_value_from(self, "presentation").tooltip("P: the other one")
             with folds("visibility", SHOWN, 1100):
                 self._build_shown()
             self._build_size()
+            self._choose_beside = OpenDialog(self._session, self._put_beside)
             ui.space()
             self._build_comparison()
 
@@ -113,6 +124,8 @@ class _Page:
     def _build_size(self) -> None:
         self._large = ui.button(icon="open_in_full", on_click=self._toggle_large).props("dense flat")
         self._large.tooltip("pictures fill the window (F)").mark("large")
+        label = ui.button(icon="draw", on_click=lambda: self._labelling.toggle()).props("dense flat")
+        label.tooltip("label what is to be found in a recording (L)").mark("label")
         whole = ui.button(icon="fullscreen").props("dense flat").tooltip("full screen").mark("full screen")
         whole.on("click", js_handler=f"() => document.getElementById('{PICTURES}').requestFullscreen()")
 
@@ -125,7 +138,7 @@ class _Page:
         self._cost = CostBars()
 
     def _build_comparison(self) -> None:
-        button = "dense flat no-caps"
+        button = "dense flat no-caps no-wrap"
         ui.button("keep as B", on_click=lambda: self._session.do(do.KeepAsB())).props(button).mark("keep as B")
         with folds("compare", "B: swap, drop, how it is compared", 900) as self._with_b:
             ui.button("swap", on_click=lambda: self._session.do(do.SwapAB())).props(button).mark("swap")
@@ -136,6 +149,7 @@ class _Page:
             self._comparison.props("dense no-caps").mark("comparison")
 
     def _build_pictures(self) -> None:
+        tools = ui.element("div").classes("w-full")
         self._complaint = ui.label().classes("text-negative text-sm").mark("trouble")
         ui.add_css(f"#{PICTURES}:fullscreen > * {{ height: 100% !important; }}")  # after the picture's own style
         with ui.row().classes("w-full no-wrap gap-2 grow min-h-0").props(f"id={PICTURES}"):
@@ -144,6 +158,8 @@ class _Page:
         for view in (self._main, self._second):
             view.on_hover(self._hover)
             view.on_pick(self._pick)
+        with tools:
+            self._labelling = Labelling(self._session, (self._main, self._second))
         self._readout = ui.label("point at a picture: range, bearing and level").classes("text-xs opacity-80")
 
     # -- what the user does --
@@ -160,14 +176,35 @@ class _Page:
     def _toggle_large(self) -> None:
         self._view("large", not self._session.state.view.large)
 
+    def _set_width(self) -> None:
+        """Keep the width that the user drags, within what is of use; a drag too quick for Quasar has none."""
+        view = self._session.state.view
+        if self._root.value is None:
+            self._root.set_value(view.chain_px)
+        elif not view.large:
+            self._view("chain_px", int(min(max(self._root.value, 280), 900)))
+
     def _view(self, name: str, value: object) -> None:
         if value is not None and getattr(self._session.state.view, name) != value:
             self._session.do(do.SetView(name, value))
 
     def _show_beside(self, value: int) -> None:
+        state = self._session.state
+        if value == OTHER_DATA:
+            if state.beside is None:
+                self._choose_beside.open()
+                self._arrange(state)  # nothing is chosen yet
+            return
+        if state.beside is not None:
+            self._session.do(do.ShowBeside(None))
         wanted_stage = None if value == NOTHING else value
-        if self._session.state.view.compared_stage != wanted_stage:
+        if state.view.compared_stage != wanted_stage:
             self._session.do(do.SetView("compared_stage", wanted_stage))
+
+    def _put_beside(self, chosen: do.OpenData) -> None:
+        """Show other data beside these."""
+        scene = None if chosen.scene is None else typed(chosen.scene, SceneFile)
+        self._session.do(do.ShowBeside(Beside(chosen.data, scene)))
 
     def _set_scale(self) -> None:
         view = self._session.state.view
@@ -180,8 +217,9 @@ class _Page:
     def _pressed(self, event: KeyEventArguments) -> None:
         if event.action.keydown and self._work.visible:
             self._timeline.press(event)
-            if event.key.name.lower() == "f" and not (event.modifiers.ctrl or event.modifiers.meta):
-                self._toggle_large()
+            does = {"f": self._toggle_large, "l": self._labelling.toggle}.get(event.key.name.lower())
+            if does and not (event.modifiers.ctrl or event.modifiers.meta or event.modifiers.alt):
+                does()
 
     def _hold(self, held: bool) -> None:
         self._work.hold(held)
@@ -264,6 +302,10 @@ class _Page:
     def _titles(self, answer: Answer) -> None:
         state = answer.state
         own = title_of(state.tuning, state.view.shown_stage)
+        if state.beside is not None:
+            self._main.set_title(f"{'' if state.other is None else 'A '}{own}")
+            self._second.set_title(f"{Path(state.beside.data.path).name}: {own}")
+            return
         if state.other is None:
             self._main.set_title(own)
             self._second.set_title(title_of(state.tuning, state.view.compared_stage or -1))
@@ -290,7 +332,7 @@ class _Page:
         self._main.switch(OTHER if self._main.view == MAIN else MAIN)
 
     def _follow(self, before: State, after: State) -> None:
-        if (before.view, before.tuning, before.other) != (after.view, after.tuning, after.other):
+        if _arranged(before) != _arranged(after):
             self._arrange(after)
 
     def _arrange(self, state: State) -> None:
@@ -299,11 +341,13 @@ class _Page:
         options = {place: title_of(state.tuning, place) for place in range(-1, len(chain))}
         _offer(self._after, options, min(view.shown_stage, len(chain) - 1))
         compared = NOTHING if view.compared_stage is None else min(view.compared_stage, len(chain) - 1)
-        _offer(self._beside, {NOTHING: "nothing", **options}, compared)
+        beside = {NOTHING: "nothing", **options, OTHER_DATA: "other data" if state.beside else "other data ..."}
+        _offer(self._beside, beside, OTHER_DATA if state.beside else compared)
         self._beside.set_enabled(not compares(state))
         self._attention.set_value(view.attention)
         self._truth.set_value(view.truth)
         self._column.set_visibility(not view.large)
+        self._root.set_value(0 if view.large else view.chain_px)
         self._charts.set_visibility(not view.large)
         for picture in (self._main, self._second):
             picture.style(f"height: {'100%' if view.large else HEIGHT}")
@@ -312,12 +356,16 @@ class _Page:
         self._scale.set_value({"min": view.lowest_db, "max": view.highest_db})
         self._comparison.set_value(view.comparison)
         self._with_b.set_visibility(state.other is not None)
-        self._second.set_visibility(compares(state) or view.compared_stage is not None)
+        self._second.set_visibility(compares(state) or view.compared_stage is not None or state.beside is not None)
         self._blinks.active = state.other is not None and view.comparison == "blink"
         if not self._blinks.active and self._main.view != MAIN:
             self._main.switch(MAIN)
         if view.pinned_beam is not None:
             self._profile.beam(view.pinned_beam)
+
+
+def _arranged(state: State) -> tuple[object, ...]:
+    return state.view, state.tuning, state.other, state.beside
 
 
 def _offer(choice: Select, options: dict[int, str], value: int) -> None:

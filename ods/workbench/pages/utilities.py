@@ -1,19 +1,18 @@
-"""Menu 5, Utilities: open, save, presets, links, prints, movies and macros."""
+"""Menu 5, Utilities: save, presets, links, prints, movies and macros."""
 
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from nicegui import run, ui
-from nicegui.events import UploadEventArguments
+from nicegui import ui
 
 from ods.base.errors import OdsError
 from ods.workbench.engine import printing
 from ods.workbench.engine.background.own_process import in_own_process, whole
 from ods.workbench.engine.echogram.layers import Layers, layers_of
-from ods.workbench.engine.files import openable as files, presets
+from ods.workbench.engine.files import presets
 from ods.workbench.engine.files.config_file import saving, write_config
-from ods.workbench.engine.files.folders import new_beside, readable
+from ods.workbench.engine.files.folders import readable
 from ods.workbench.engine.files.macro_run import write_macro
 from ods.workbench.engine.mission.rerun import wanted
 from ods.workbench.model.actions import SetBookmark, SetState, ShowPing
@@ -33,38 +32,6 @@ def build(session: Session) -> None:
             with ui.card().classes("w-full mb-3 break-inside-avoid").props("flat bordered"):
                 ui.label(title).classes("text-base font-medium")
                 card(session)
-
-
-def _open(session: Session) -> None:
-    """Build lists of what can be opened, a field for a path, and a place to drop files."""
-
-    def open_file(path: str | Path | None) -> None:
-        if path:
-            session.do(files.opening(path, session.folders))
-
-    lists = {"in the folders": files.openable(session.folders), "scenes of ODS": files.shipped_scenes()}
-    for label, found in lists.items():
-        options = {str(each.path): each.name for each in found}
-        chosen = ui.select(options, label=f"{label}: {len(found)}", with_input=True).classes("w-full")
-        chosen.on_value_change(lambda event: open_file(event.value))
-    path = ui.input("path of a file, or of a folder of segments").classes("w-full")
-    path.on("keydown.enter", lambda: open_file(path.value))
-
-    async def dropped(event: UploadEventArguments) -> None:
-        wanted = files.place_of_dropped(event.file.name, session.folders)
-        with new_beside(wanted) as (new, writing):
-            async for part in event.file.iterate():
-                await run.io_bound(writing.write, part)
-            writing.close()
-            kept = await run.io_bound(files.keep_dropped, new, wanted)
-        open_file(kept)
-
-    endings = ", ".join(files.ENDINGS)
-    refusal = f"not taken: a file, no folder, ending in {endings}, of {files.MOST_BYTES >> 20} MB at most"
-    drop = ui.upload(label="drop a file here: it is kept in the first folder, and opened", auto_upload=True,
-                     on_upload=dropped, on_rejected=lambda: ui.notify(refusal, type="negative", close_button=True),
-                     max_file_size=files.MOST_BYTES)  # fmt: skip
-    drop.props(f'accept="{endings}" flat bordered').classes("w-full").mark("drop")
 
 
 def _save(session: Session) -> None:
@@ -239,7 +206,6 @@ def _bookmarks(session: Session) -> None:
 
 
 _CARDS: dict[str, Callable[[Session], None]] = {
-    "Open": _open,
     "Configuration for the vehicle": _save,
     "Presets": _presets,
     "Bookmarks": _bookmarks,

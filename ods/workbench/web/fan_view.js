@@ -1,6 +1,7 @@
 // A sonar image on two canvases: cells by a look-up table (pixel -> cell), and over them axes, circles and pointer.
 import { ink, prepare, watch, withPicture } from "ods-charts";
 import { joinLink, leaveLink, request } from "ods-charts/frames.js";
+import { drawBox, drawLabels } from "ods-charts/labels.js";
 import { drawScale, niceStep, pack, paletteOf } from "ods-charts/palettes.js";
 import { drawRuler, measures, withRuler } from "ods-charts/ruler.js";
 
@@ -9,8 +10,8 @@ const KINDS = {
   right: { colour: "#4fd1a5", label: "right", sign: "✓" },
   false: { colour: "#ff5a36", label: "false", sign: "✕" },
   missed: { colour: "#ffffff", label: "missed", sign: "?", dash: [4, 3] },
-  only_a: { colour: "#ff9d2e", label: "only A" },
-  only_b: { colour: "#37b6ff", label: "only B" },
+  only_a: { colour: "#ff9d2e", label: "only A", sign: "A", dash: [9, 4] },
+  only_b: { colour: "#37b6ff", label: "only B", sign: "B", dash: [2, 3], corners: 4 },
   truth: { colour: "#ffffff", label: "truth", dash: [4, 3] },
   track: { colour: "#ff6ad5", label: "track" },
 };
@@ -179,7 +180,7 @@ export default {
     </div>`,
   props: {
     channel: String, title: String, presentation: String, palette: String, attention: Boolean, pinned: Number,
-    limits: Array, busy: String,
+    limits: Array, busy: String, draws: String,
   },
   created() {
     this.frame = null;
@@ -355,6 +356,8 @@ export default {
       context.clip();
       const labels = this.drawGrid(context, projection);
       for (const circle of this.frame.circles) this.drawCircle(context, projection, circle);
+      drawLabels(context, projection, this.frame);
+      if (this.drag?.box) drawBox(context, projection, this.frame, [...this.drag.box.beams, ...this.drag.box.samples, this.draws]);
       this.drawPinned(context, projection);
       if (pointed) this.drawPointer(context, projection);
       for (const [text, x, y] of labels) this.label(context, text, x, y);
@@ -418,11 +421,11 @@ export default {
       return end;
     },
     drawCircle(context, projection, [range_m, bearing_rad, radius_m, kind]) {
-      const { colour, dash, sign } = KINDS[kind] || KINDS.detection;
+      const { colour, dash, sign, corners = 36 } = KINDS[kind] || KINDS.detection;
       const [ahead, across] = [range_m * Math.cos(bearing_rad), range_m * Math.sin(bearing_rad)];
       context.beginPath();
-      for (let index = 0; index <= 36; index++) {
-        const angle = (index / 18) * Math.PI;
+      for (let index = 0; index <= corners; index++) {
+        const angle = (index / corners) * 2 * Math.PI;
         const [x, y] = [across + radius_m * Math.cos(angle), ahead + radius_m * Math.sin(angle)];
         context.lineTo(...projection.toCanvas(Math.hypot(x, y), Math.atan2(x, y)));
       }
@@ -528,6 +531,17 @@ export default {
       const sample = Math.min(samples - 1, Math.floor((range_m - geometry.first_m) / (geometry.cell_m / pool)));
       return { range_m, bearing_rad, beam, sample, level_db: scale_db[0] + ((scale_db[1] - scale_db[0]) * value) / 255 };
     },
+    // Beams and samples between two places of the canvas; what lies beside the image counts as its edge.
+    between(from, to) {
+      const spots = [from, to].map(({ x, y }) => this.nearest(this.rawPlace(x, y)));
+      const ends = (name) => spots.map((spot) => spot[name]).sort((one, other) => one - other);
+      return { beams: ends("beam"), samples: ends("sample") };
+    },
+    nearest({ range_m, bearing_rad }) {
+      const { first_m, far_m, left, right } = this.frame.geometry;
+      const inside = (value, low, high) => Math.min(Math.max(value, low + 1e-6), high - 1e-6);
+      return this.spotAt(inside(range_m, first_m, far_m), inside(bearing_rad, left, right));
+    },
     placeOf(event) {
       if (!this.frame) return null;
       const { range_m, bearing_rad } = this.rawPlace(event.offsetX, event.offsetY);
@@ -545,6 +559,9 @@ export default {
         this.drag.moved = this.drag.moved || Math.hypot(event.offsetX - this.drag.x, event.offsetY - this.drag.y) > 4;
         if (this.drag.moved && this.drag.ruled) {
           measure([this.rawPlace(this.drag.x, this.drag.y), this.rawPlace(event.offsetX, event.offsetY)]);
+        } else if (this.drag.moved && this.drag.draws) {
+          this.drag.box = this.between(this.drag, { x: event.offsetX, y: event.offsetY });
+          return this.drawOver();
         } else if (this.drag.moved)
           return this.setZoom({
             factor: this.zoom.factor,
@@ -558,12 +575,15 @@ export default {
     pressed(event) {
       event.target.setPointerCapture(event.pointerId);
       const ruled = measures(event) && this.frame !== null;
-      this.drag = { x: event.offsetX, y: event.offsetY, zoom: this.zoom, moved: false, ruled };
+      const draws = this.draws && event.button === 0 && !ruled && this.frame !== null;
+      this.drag = { x: event.offsetX, y: event.offsetY, zoom: this.zoom, moved: false, ruled, draws };
       if (ruled) measure(null);
     },
     released(event) {
       const wasClick = this.drag && !this.drag.moved && !this.drag.ruled;
+      const drawn = this.drag?.box;
       this.drag = null;
+      if (drawn) return this.$emit("drawn", drawn);
       const spot = wasClick && event.button === 0 ? this.placeOf(event) : null;
       if (!spot) return;
       if (this.zoom.factor === 1) return this.$emit("pick", spot);

@@ -63,6 +63,14 @@ class FanView(Element, component="fan_view.js", esm={"ods-charts": "charts"}):
         """Dim the picture and say why, while a newer one is computed; empty: it is the newest."""
         self._set("busy", why)
 
+    def set_drawing(self, shape: str) -> None:
+        """Let a drag draw a label: "rectangle" or "ellipse"; empty: it pans."""
+        self._set("draws", shape)
+
+    def on_drawn(self, told: Callable[[tuple[int, int], tuple[int, int]], None]) -> None:
+        """Call `told` with first and last beam, and first and last sample, of what was drawn."""
+        self.on("drawn", lambda event: told(_ends(event.args["beams"]), _ends(event.args["samples"])))
+
     def set_cursor(self, range_m: float, bearing_rad: float) -> None:
         """Mark a place in this view and all others of the page."""
         self.run_method("point", range_m, bearing_rad)
@@ -94,6 +102,12 @@ def _shown(view: View) -> dict[str, object]:
         "attention": view.attention,
         "pinned": -1 if view.pinned_beam is None else view.pinned_beam,
     }
+
+
+def _ends(told: object) -> tuple[int, int]:
+    assert isinstance(told, list)
+    first, last = (int(each) for each in told)
+    return first, last
 
 
 def _spot(event: GenericEventArguments) -> Spot:

@@ -27,6 +27,8 @@ MOST_CELLS = 4096
 """Range cells of a beam that a page may ask for."""
 NOT_UNDERSTOOD = 1003
 """WebSocket's code for a message that cannot be taken."""
+LabelBox = tuple[int, int, int, int, str, str]
+"""First and last beam, first and last sample, shape (rectangle or ellipse), text."""
 new_version: Callable[[], int] = itertools.count(1).__next__
 """Return a number that no other picture of this program has."""
 
@@ -60,6 +62,8 @@ class Frame:
     """(beams, samples): False where this ping was not looked at."""
     caption: str = ""
     """One line over the image."""
+    labels: tuple[LabelBox, ...] = ()
+    """That a person drew."""
     version: int = field(default_factory=new_version)
     """Another for each frame of this program."""
 
@@ -72,6 +76,7 @@ class Frame:
             "scale_db": self.scale_db,
             "circles": self.circles,
             "thresholds_db": self.thresholds_db,
+            "labels": self.labels,
             "caption": self.caption,
         }
 

@@ -5,7 +5,10 @@ from collections.abc import Callable
 from typing import Any
 
 from selenium import webdriver
+from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.remote.webelement import WebElement
 
 LONGEST_S = 60.0
 TEXT = "return document.body.innerText"
@@ -46,3 +49,30 @@ def unfold(window: webdriver.Chrome, icon: str = "visibility") -> None:
     for button in buttons:
         if button.is_displayed() and button.text.strip() == icon:
             button.click()
+
+
+def field(window: webdriver.Chrome, label: str) -> WebElement:
+    """Wait for the field of that label, and return it."""
+
+    def seen() -> WebElement | None:
+        found = window.find_elements(By.XPATH, f"//label[.//*[starts-with(text(), '{label}')]]//input")
+        return next((each for each in found if each.is_displayed()), None)
+
+    found: WebElement = until(seen)
+    return found
+
+
+def keys(window: webdriver.Chrome, *pressed: str) -> None:
+    """Press keys, wherever the focus is."""
+    ActionChains(window).send_keys(*pressed).perform()
+
+
+def chord(window: webdriver.Chrome, key: str, with_key: str = Keys.CONTROL) -> None:
+    """Press a key while another is held."""
+    ActionChains(window).key_down(with_key).send_keys(key).key_up(with_key).perform()
+
+
+def resized(window: webdriver.Chrome, width: int, height: int) -> None:
+    """Give the page so many pixels."""
+    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+    window.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)

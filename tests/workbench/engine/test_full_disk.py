@@ -16,8 +16,8 @@ from ods.workbench.engine.files.presets import save_preset
 from ods.workbench.engine.printing import print_ping, record_movie
 from ods.workbench.engine.scene.file import save, saving
 from ods.workbench.model.state import DataReference, State
-from tests.workbench.engine.test_files import keep_dropped
 from tests.workbench.engine.test_printing import SOURCE
+from tests.workbench.engine.test_uploads import put_content
 
 SCENE = find_scene("figure11").file
 
@@ -44,7 +44,7 @@ WRITERS: dict[str, Callable[[Path], object]] = {
     "workbench-presets/mine.preset": lambda file: save_preset("mine", State(), [file.parents[1]]),
     "ping.png": lambda file: print_ping(SOURCE.pings[0], State().tuning, file, [file.parent], name="", style="dark"),
     "mission.webp": movie,
-    "dropped.mcap": lambda file: keep_dropped(file.name, b"x" * 999, [file.parent]),
+    "dropped.mcap": lambda file: put_content(file, b"x" * 999),
 }
 
 

@@ -23,9 +23,9 @@ replace = msgspec.structs.replace
 class Vehicle:
     """Processes that publish what they are told to."""
 
-    def __init__(self, run_dir: Path, stack: ExitStack) -> None:
+    def __init__(self, run_dir: Path, stack: ExitStack, *others: str) -> None:
         context = stack.enter_context(zmq.Context())
-        names = ("sonar", "nav", "pipeline", "tracker")
+        names = ("sonar", "nav", "pipeline", "tracker", *others)
         self._publishers = {name: bus.Publisher(context, run_dir, name) for name in names}
         for publisher in self._publishers.values():
             stack.callback(publisher.close)

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 from nicegui import ui
-from nicegui.elements.upload_files import SmallFileUpload
 
 from ods.base.errors import OdsError
 from ods.base.files.shipped import shipped_file
@@ -80,32 +79,6 @@ async def test_a_file_elsewhere_is_not_written(tmp_path: Path) -> None:
         user.find(marker="save").click()
         await user.should_see("not under the workbench's folders")
     assert not (tmp_path / "out.toml").exists()
-
-
-async def test_what_cannot_be_read_is_one_line_on_the_page(tmp_path: Path) -> None:
-    (tmp_path / "deep.toml").write_text(f"seed = {'[' * 20_000}")
-    session = _session(tmp_path)
-    before = session.state
-    async with visiting(session, _build) as user:
-        field = user.find("path of a file, or of a folder of segments")
-        field.type(str(tmp_path / "deep.toml"))
-        field.trigger("keydown.enter")
-        await user.should_see("deep.toml: not valid TOML")
-    assert session.state == before
-
-
-async def test_what_is_dropped_is_kept_and_opened_or_the_page_says_why_not(tmp_path: Path) -> None:
-    session = _session(tmp_path)
-    scene = shipped_file("scenes/figure11.toml").read_bytes()
-    async with visiting(session, _build) as user:
-        user.find(marker="drop").trigger("rejected")  # by the browser: a folder, another ending, too large
-        await user.should_see("not taken: a file, no folder")
-        (drop,) = user.find(kind=ui.upload).elements
-        assert isinstance(drop, ui.upload)
-        await drop.handle_uploads([SmallFileUpload("../mine.toml", "", scene)])
-        await until(lambda: session.state.scene is not None)
-    assert (tmp_path / "mine.toml").read_bytes() == scene
-    assert [each.name for each in tmp_path.iterdir()] == ["mine.toml"]
 
 
 async def test_a_ping_is_printed_and_a_macro_written(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from typing import BinaryIO
 
 from ods.base.errors import OdsError, reason_of
 from ods.base.files.shipped import FOLDER as SHIPPED
+from ods.workbench.engine.files.user_folders import data_folder
 
 
 class FolderError(OdsError):
@@ -16,14 +17,19 @@ class FolderError(OdsError):
 
 
 def readable(path: str | Path, folders: Iterable[Path]) -> Path:
-    """Return where a file is, links followed: under one of `folders`, or of those that come with ODS.
-
-    Raises FolderError.
-    """
-    place = _under(Path(path), [*folders, SHIPPED])
+    """Return where a file is, links followed: under one of `folders`, of the user's uploads, or of those that come with
+    ODS. Raises FolderError."""
+    own = uploads_folder()
+    place = _under(Path(path), [*folders, SHIPPED, *([own] if own else [])])
     if place.exists() and not (place.is_file() or place.is_dir()):
         raise FolderError(f"{path}: neither a file nor a folder")  # to open a pipe would wait for ever
     return place
+
+
+def uploads_folder() -> Path | None:
+    """Return where files are kept that came from a browser; None: the user has no folder for data."""
+    own = data_folder()
+    return None if own is None else own / "uploads"
 
 
 def writable(path: str | Path, folders: Iterable[Path]) -> Path:

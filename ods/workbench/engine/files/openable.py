@@ -1,6 +1,5 @@
 """Files that can be opened: those of known endings under the workbench's folders, and the scenes that come with ODS."""
 
-import filecmp
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -11,7 +10,7 @@ from ods.base.files.in_file import opened
 from ods.base.files.shipped import FOLDER as SHIPPED
 from ods.base.settings_file import load
 from ods.sim_sonar.scene.settings import SceneFile
-from ods.workbench.engine.files.folders import readable, writable
+from ods.workbench.engine.files.folders import readable
 from ods.workbench.model.actions import OpenData
 from ods.workbench.model.paths import tables_of
 from ods.workbench.model.state import DataReference
@@ -20,8 +19,6 @@ RECORDINGS = (".npz", ".s7k", ".aris", ".raw", ".oculus", ".wbms", ".sonar", ".a
 SCENE = ".toml"
 ENDINGS = (*RECORDINGS, SCENE)
 MOST_LISTED, MOST_SEEN, DEEPEST = 500, 20_000, 5
-MOST_BYTES = 1 << 30
-"""Of a file that is dropped onto the page."""
 
 
 class Openable(NamedTuple):
@@ -56,35 +53,6 @@ def opening(path: str | Path, folders: Sequence[Path]) -> OpenData:
     if not file.exists():
         raise OdsError(f"{file}: no such file")
     return OpenData(DataReference(kind="file", path=str(file)))
-
-
-def place_of_dropped(name: str, folders: Sequence[Path]) -> Path:
-    """Return where a file that is dropped onto the page would be kept: in the first folder. Raises OdsError."""
-    plain = Path(name).name
-    if Path(plain).suffix.lower() not in ENDINGS:
-        raise OdsError(f"{plain}: the ending must be one of {', '.join(ENDINGS)}")
-    if not folders:
-        raise OdsError(f"{plain}: the workbench has no folder to keep it in; --folder gives one")
-    return writable(folders[0] / plain, folders)
-
-
-def keep_dropped(new: Path, wanted: Path) -> Path:
-    """Move a file that was written whole to its place, or to one named like it that is free; return where it is.
-
-    A file with the same content that is there already will do. Raises OSError.
-    """
-    new.chmod(0o644)
-    place, number = wanted, 0
-    while True:
-        try:
-            place.touch(exist_ok=False)
-        except FileExistsError:
-            if place.is_file() and filecmp.cmp(place, new, shallow=False):
-                return place
-        else:
-            return new.replace(place)
-        number += 1
-        place = wanted.with_name(f"{wanted.stem}-{number}{wanted.suffix}")
 
 
 def _files(folder: Path) -> Iterator[tuple[Path, float]]:

@@ -1,5 +1,6 @@
 """Results of the gallery's exhibits: pictures and figures, made once and kept in the user's cache folder."""
 
+import contextlib
 import os
 import tempfile
 import threading
@@ -13,6 +14,7 @@ from ods.base.errors import OdsError
 from ods.base.files.in_file import content_of
 from ods.base.files.ownership import is_safe
 from ods.workbench.engine.background.own_process import GoesOn, in_own_process, whole
+from ods.workbench.engine.files.user_folders import cache_folder
 from ods.workbench.engine.gallery.exhibits import Exhibit, ExhibitResult
 from ods.workbench.model.state import State
 
@@ -31,16 +33,13 @@ class Result(NamedTuple):
 @cache
 def gallery_folder() -> Path:
     """Return where results are kept: $ODS_CACHE_DIR or the user's cache folder, else a folder for this process only."""
-    home = os.environ.get("HOME", "")
-    own = (os.environ.get(name, "") for name in ("ODS_CACHE_DIR", "XDG_CACHE_HOME"))
-    for root in filter(None, (*own, f"{home}/.cache" if home else "")):
-        folder = Path(root, "ods", "gallery")
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK) and is_safe(folder):
-            return folder
+    own = cache_folder()
+    if own is not None:
+        folder = own / "gallery"
+        with contextlib.suppress(OSError):
+            folder.mkdir(exist_ok=True)
+            if os.access(folder, os.W_OK) and is_safe(folder):
+                return folder
     return Path(tempfile.mkdtemp(prefix="ods-gallery-"))
 
 

@@ -117,6 +117,8 @@ class Tracked:
     """(n,) body to global."""
     sector: Sector | None
     """Of the newest ping."""
+    tells_heights: bool
+    """The sonar has several planes, or measures elevations."""
     mounting: Mounting
     courses: tuple[Course, ...]
     """By id."""
@@ -221,6 +223,7 @@ class Collecting:
             path=np.array([pose.position_ned for pose in way], np.float64).reshape(-1, 3),
             attitude=tuple(pose.attitude for pose in way),
             sector=self._sector,
+            tells_heights=any(map(_tells_heights, self._found)),
             mounting=beside.mounting,
             courses=_courses(self._lists, t_s),
             truths=_true_courses(known, t_s),
@@ -238,6 +241,13 @@ class Collecting:
             return [], set()
         lists = [(list_.made_ns, list_) for list_ in self._lists if list_ is not None]
         return score_objects(RunRecord(lists=lists, truths=truths), SETTLE_S)
+
+
+def _tells_heights(found: Found) -> bool:
+    told = found.detections
+    if told is None:
+        return False
+    return told.sector.plane_half_rad > 0.0 or any(each.sigma_elevation_rad > 0.0 for each in told.detections)
 
 
 def _way(poses: Sequence[Pose], t_ns: Ints) -> list[Pose]:

@@ -62,11 +62,12 @@ def judged(detections: Detections, circles: Sequence[TrueCircle]) -> Judged:
         matches.both,
         [place for place in matches.only_a if touches[place]],
         [place for place in matches.only_a if not touches[place]],
-        [place for place in matches.only_b if circles[place].in_sector and _processed(detections, circles[place])],
+        [place for place in matches.only_b if circles[place].in_sector and is_processed(detections, circles[place])],
     )
 
 
-def _processed(detections: Detections, circle: TrueCircle) -> bool:
+def is_processed(detections: Detections, circle: TrueCircle) -> bool:
+    """Return whether the range of a circle was processed at this ping."""
     ranges = detections.processed_ranges_m
     return not ranges or any(near_m <= circle.range_m <= far_m for near_m, far_m in ranges)
 

@@ -28,7 +28,7 @@ def buttons(session: Session, does: str, name: Callable[[], str], make: Make) ->
             for button in both:
                 button.enable()
 
-    with ui.row():
+    with ui.row().classes("no-wrap"):
         write = ui.button(does, on_click=lambda: press(lambda: _write(session, name(), make)))
         write.props("dense no-caps").mark(does.lower())
         both = write, download(does, lambda: press(lambda: send(name(), make)))

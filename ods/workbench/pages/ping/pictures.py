@@ -4,8 +4,10 @@ from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
+from msgspec.structs import replace
 
 from ods.messages import Detection
+from ods.workbench.engine.ping.labels import of_ping
 from ods.workbench.engine.ping.look import Look
 from ods.workbench.engine.ping.study import Study
 from ods.workbench.engine.ping.thresholds import thresholds
@@ -27,7 +29,11 @@ def frames_of(answer: Answer) -> dict[str, Frame]:
     if answer.b is not None and state.other is not None:
         own = _own_circles(answer.b, answer.judged_b, answer.true)
         shown[OTHER] = _frame(answer.b, state.other, view.shown_stage, state, own, judged=answer.judged_b)
-    if compares(state) and OTHER in shown:
+    if answer.beside is not None:
+        own = _own_circles(answer.beside, None, None)
+        other = replace(state, labels=())
+        shown[BESIDE] = _frame(answer.beside, state.tuning, view.shown_stage, other, own, judged=None)
+    elif compares(state) and OTHER in shown:
         shown[BESIDE] = shown[OTHER]
     elif view.compared_stage is not None:
         shown[BESIDE] = drawn(state.tuning, view.compared_stage, state, shown[MAIN].circles)
@@ -36,7 +42,7 @@ def frames_of(answer: Answer) -> dict[str, Frame]:
 
 def compares(state: State) -> bool:
     """Return whether B is shown beside A."""
-    return state.other is not None and state.view.comparison == "split"
+    return state.beside is None and state.other is not None and state.view.comparison == "split"
 
 
 def title_of(tuning: Tuning, place: int) -> str:
@@ -63,6 +69,10 @@ def _frame(
         circles=tuple(circles),
         thresholds_db=_levels(look, tuning),
         attended=None if attended.all() else attended,
+        labels=tuple(
+            (*each.beams, *each.samples, each.shape, each.text)
+            for _, each in of_ping(state.labels, study.place, study.ping)
+        ),
         caption=f"ping {study.place}, {_count(len(study.detections.detections))}{_against_truth(judged)}",
     )
 

@@ -9,12 +9,14 @@ from typing import Any, NamedTuple, Protocol
 from ods.base.computer.resident import give_back_freed
 from ods.base.errors import OdsError, one_line
 from ods.base.frames.mounting import Mounting
+from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.engine.background.newest import Newest
 from ods.workbench.engine.data import Data, open_data
 from ods.workbench.engine.ping.compare import Difference, difference
+from ods.workbench.engine.ping.labels import judged_by, of_ping
 from ods.workbench.engine.ping.study import Cost, OvertakenError, Studio, Study
 from ods.workbench.engine.ping.truth import Judged, TrueCircle, judged, true_circles
-from ods.workbench.model.state import State, Tuning
+from ods.workbench.model.state import DataReference, State, Tuning
 from ods.workbench.session import Session
 
 IDLE_S = 1.0
@@ -43,10 +45,12 @@ class Answer:
     parted: Difference | None
     """Of A's and B's detections."""
     true: Sequence[TrueCircle] | None
-    """Objects that are there; None: not known, or not to be shown."""
+    """Objects that are there, or what a person labelled; None: not known, or not to be shown."""
     judged_a: Judged | None
     """A's detections against them."""
     judged_b: Judged | None
+    beside: Study | None = None
+    """Of other data, by A."""
     complaint: str = ""
     """Why there is no B."""
 
@@ -75,6 +79,7 @@ class Work:
     def __init__(self, session: Session, hearer: Hearer) -> None:
         self._session = session
         self._opened: Opened | None = None
+        self._beside: Opened | None = None
         self._hearer = hearer
         self._lock = threading.Lock()
         self.asked, self.answered = 0, 0
@@ -146,18 +151,43 @@ class Work:
         judged_a, judged_b = (
             None if true is None or each is None else judged(each.detections, true) for each in (a, b)
         )
-        return Answer(state, opened.data, place, a, b, parted, true, judged_a, judged_b, complaint)
+        labels = [label for _, label in of_ping(state.labels, place, a.ping)]
+        if true is None and labels and state.view.truth:
+            true, judged_a = judged_by(a.detections, labels, a.ping)
+            judged_b = None if b is None else judged_by(b.detections, labels, b.ping)[1]
+        beside, why = self._study_beside(state)
+        complaint = "; ".join(filter(None, (complaint, why)))
+        return Answer(state, opened.data, place, a, b, parted, true, judged_a, judged_b, beside, complaint)
+
+    def _study_beside(self, state: State) -> tuple[Study | None, str]:
+        """Return the ping of the other data at the same place, or their last, and why there is none."""
+        wanted, self._beside = state.beside, self._beside if state.beside else None
+        if wanted is None:
+            return None, ""
+        try:
+            self._beside = self._opening(self._beside, wanted.data, wanted.scene)
+            data, studio = self._beside.data, self._beside.studio
+            return studio.study(state.tuning.mission(), min(state.ping, len(data.pings) - 1)), ""
+        except OvertakenError:
+            raise
+        except OdsError as error:
+            return None, f"beside it: {error}"
 
     def _true(self, state: State, data: Data, place: int) -> Sequence[TrueCircle] | None:
         truth = data.truth(place) if state.view.truth else None
         return None if truth is None else true_circles(truth, Mounting(state.tuning.config.mounting))
 
     def _open(self, state: State) -> Opened:
-        key = state.data, state.scene if state.data.kind == "scene" else None
-        if self._opened is None or self._opened.key != key:
-            data = open_data(state.data, state.scene, self._session.folders)
-            self._opened = Opened(key, data, Studio(data, lambda: self._newest.overtaken))
+        self._opened = self._opening(self._opened, state.data, state.scene)
         return self._opened
+
+    def _opening(self, opened: Opened | None, reference: DataReference, scene: SceneFile | None) -> Opened:
+        """Return data that are open, if these are the ones, or open them."""
+        key = reference, scene if reference.kind == "scene" else None
+        if opened is not None and opened.key == key:
+            return opened
+        data = open_data(reference, scene, self._session.folders)
+        return Opened(key, data, Studio(data, lambda: self._newest.overtaken))
 
     def _tell(self, request: tuple[int, State], answer: Answer) -> None:
         self.answered, self._since = request[0], time.monotonic()
@@ -192,8 +222,8 @@ def wanted(state: State) -> tuple[Any, ...]:
     view = state.view
     scene = state.scene if state.data.kind == "scene" else None
     return (
-        state.tuning, state.other, state.data, scene, state.ping, view.shown_stage, view.compared_stage,
-        view.comparison, view.truth, view.lowest_db, view.highest_db,
+        state.tuning, state.other, state.data, scene, state.ping, state.beside, view.shown_stage, view.compared_stage,
+        view.comparison, view.truth, state.labels, view.lowest_db, view.highest_db,
     )  # fmt: skip
 
 

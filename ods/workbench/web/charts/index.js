@@ -15,6 +15,7 @@ const ROLES = {
   sector: { colours: ["#56b4e9", "#0072b2"], label: "sonar's sector", area: true },
   object: { colours: ["#f0b429", "#a86a00"], label: "object", width: 2 },
   path: { colours: ["#b6a4ff", "#6a4fc9"], label: "path" },
+  veto: { colours: ["#c9d1d9", "#57606a"], dash: [2, 4], label: "operator's veto" },
   first: { colours: ["#56b4e9", "#0072b2"] },
   second: { colours: ["#f0b429", "#a86a00"] },
   third: { colours: ["#1fc79a", "#00795a"] },
