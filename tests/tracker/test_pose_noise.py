@@ -37,7 +37,7 @@ def test_noise_is_measured_and_what_is_surely_more_of_the_claim_is_bias(steady: 
         found.append(noise.take(posed(place, math.remainder(yaw, math.tau), 0.15, tilt=tilt), t_ns))
     surely = np.array(sizes) ** 2 * (1.0 + UNSURE / 10.0)  # of 100 pings, by `FORGETTING`
     bias = np.sqrt(np.mean([np.square(one.bias) for one in found[500:]], axis=0))
-    assert bias == pytest.approx(np.sqrt(np.array([0.15, 0.15, 0.01]) ** 2 - surely), rel=0.15)
+    assert bias == pytest.approx(np.sqrt(np.array([0.15, 0.15, 0.01]) ** 2 - surely), rel=0.2)
     assert np.mean([one.noise[2] for one in found[500:]]) == pytest.approx(0.004, rel=0.1)
 
 
