@@ -6,8 +6,8 @@ from typing import Protocol
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.base.frames import geometry
 from ods.sim_sonar.pose import Times
 from ods.sim_sonar.scene.settings import Oscillation, Path, VehiclePath
 

@@ -15,14 +15,14 @@ from ods.assess.detection.measure import accuracy_of, milliseconds, score_of
 from ods.assess.detection.own import configured
 from ods.assess.images.labelled import LabelledImage
 from ods.assess.images.sea import SEA_SONAR, sea_images
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.configured import configured_stages
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.workbench.model.actions import SetSetting
 from ods.workbench.model.apply import apply
-from ods.workbench.model.chain_numbers import written
-from ods.workbench.model.numbers_first import with_numbers_first
+from ods.workbench.model.chain.numbers import written
+from ods.workbench.model.chain.numbers_first import with_numbers_first
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.state import State, Tuning
 

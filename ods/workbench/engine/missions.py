@@ -8,7 +8,7 @@ from typing import NamedTuple
 import msgspec
 
 from ods.base.errors import OdsError, reason_of
-from ods.base.in_file import MOST_BYTES, content_of
+from ods.base.files.in_file import MOST_BYTES, content_of
 from ods.base.settings_file import load_variants
 from ods.missions.journal import NAME
 from ods.missions.outcome import Outcome

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from ods.base.errors import OdsError
-from ods.workbench.engine.own_process import GoesOn, in_own_process, whole
+from ods.workbench.engine.background.own_process import GoesOn, in_own_process, whole
 
 
 def keeping(shares: list[float], most: int = 1_000_000) -> GoesOn:
