@@ -180,6 +180,7 @@ def test_scenarios_and_seeds_are_chosen(capsys: pytest.CaptureFixture[str]) -> N
     assert tables[0].split("static 10")[1].split()[:4] != tables[1].split("static 10")[1].split()[:4]
     assert cli.main([*asked[:4], "--scenarios", "static"]) == 2
     assert "--scenarios: 'static' is none of paper, " in capsys.readouterr().err
+    assert cli.main([*asked, "--first-seed", "-1"]) == 2
 
 
 def test_trackers_are_chosen_by_name(capsys: pytest.CaptureFixture[str]) -> None:

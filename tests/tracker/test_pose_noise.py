@@ -17,7 +17,9 @@ from ods.tracker.tracker import Tracker
 PERIOD_NS = round(0.15 * NS)
 
 
-def posed(place: Floats, yaw: float, sigma_m: float, sigma_yaw: float = 0.01, tilt: tuple[float, ...] = (0, 0)) -> Vehicle:
+def posed(
+    place: Floats, yaw: float, sigma_m: float, sigma_yaw: float = 0.01, tilt: tuple[float, ...] = (0, 0)
+) -> Vehicle:
     attitude = np.array(quat_from_euler(*tilt, yaw))
     found = vehicle_at(place, attitude, np.array([sigma_m, sigma_m, 0.1]), np.array([0.002, 0.002, sigma_yaw]))
     assert found is not None

@@ -203,7 +203,7 @@ def away_and_back(rng: Random) -> World:
 
 
 def pose_noise(rng: Random) -> World:
-    """Ten objects; the pose is wrong anew in each scan, by 0.1 m and 0.5 deg, as it claims, roll and pitch by 0.2 deg."""
+    """Ten objects; the pose is wrong anew in each scan, as it claims by 0.1 m and 0.5 deg, roll and pitch by 0.2."""
     some = replace(mixed(rng), meta=Meta(clutter_lambda=1.0, pose_sigma_xy=0.1, pose_sigma_yaw=math.radians(0.5)))
     some.pose_error[:] = rng.standard_normal(some.pose_error.shape) * (0.1, 0.1, *np.radians((0.5, 0.2, 0.2)))
     return some
