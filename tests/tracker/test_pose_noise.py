@@ -18,9 +18,9 @@ PERIOD_NS = round(0.15 * NS)
 
 
 def posed(
-    place: Floats, yaw: float, sigma_m: float, sigma_yaw: float = 0.01, tilt: tuple[float, ...] = (0, 0)
+    place: Floats, yaw: float, sigma_m: float, sigma_yaw: float = 0.01, tilt: tuple[float, float] = (0.0, 0.0)
 ) -> Vehicle:
-    attitude = np.array(quat_from_euler(*tilt, yaw))
+    attitude = np.array(quat_from_euler(tilt[0], tilt[1], yaw))
     found = vehicle_at(place, attitude, np.array([sigma_m, sigma_m, 0.1]), np.array([0.002, 0.002, sigma_yaw]))
     assert found is not None
     return found
@@ -35,7 +35,7 @@ def test_noise_is_measured_and_what_is_surely_more_of_the_claim_is_bias(steady: 
         off = np.append(rng.normal(0.0, sizes[:2]), 0.0)
         place = np.array([1.5, -0.5, 0.0]) * t_ns / NS + off
         yaw = math.radians(170.0 + 5.0 * t_ns / NS) + rng.normal(0.0, sizes[2])  # passes south, where yaw wraps
-        tilt = rng.normal(0.0, (0.001, 0.004))
+        tilt = rng.normal(0.0, 0.001), rng.normal(0.0, 0.004)
         found.append(noise.take(posed(place, math.remainder(yaw, math.tau), 0.15, tilt=tilt), t_ns))
     surely = np.array(sizes) ** 2 * (1.0 + UNSURE / 10.0)  # of 100 pings, by `FORGETTING`
     bias = np.sqrt(np.mean([np.square(one.bias) for one in found[500:]], axis=0))
@@ -112,8 +112,8 @@ def looked_at(tilt_deg: float, seed: int) -> Floats:
         rows[:, 0] = distance + noise.normal(0.0, 0.1, 6)
         rows[:, 1] = bearing + noise.normal(0.0, 0.01, 6)
         rows[:, 3:] = 0.5, 0.1, 0.01, 0.2
-        tilt = math.radians(tilt_deg) * tilts.standard_normal(2)
-        vehicle = posed(np.zeros(3), 0.0, 0.1, tilt=tuple(tilt))
+        tilt = math.radians(tilt_deg) * tilts.standard_normal(), math.radians(tilt_deg) * tilts.standard_normal()
+        vehicle = posed(np.zeros(3), 0.0, 0.1, tilt=tilt)
         tracker.step(Scan(k * PERIOD_NS, k * PERIOD_NS, vehicle, sector, echoes_of(rows)[0]))
     found = tracker.snapshot()
     order = np.argsort(np.hypot(*found.position[:2]))
