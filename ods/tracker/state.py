@@ -26,9 +26,8 @@ class ClutterState(msgspec.Struct, frozen=True):
 class PoseNoiseState(msgspec.Struct, frozen=True):
     """What is known of the noise of poses; see `PoseNoise`."""
 
-    weight: float
-    squares: list[float]
-    before: list[tuple[int, list[float]]]
+    known: list[float]
+    times_ns: list[int]
 
 
 class TrackerState(msgspec.Struct, frozen=True):

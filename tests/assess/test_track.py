@@ -170,6 +170,19 @@ def test_quick_assessment_prints_the_table_and_draws_the_chart(
     assert cli.main(["assess", "track", "--save", str(tmp_path / "none")]) == 2
 
 
+def test_scenarios_and_seeds_are_chosen(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["assess", "track", "--trackers", "coupled, nearest", "--scenarios", "static 10", "--seeds", "1"]
+    tables = []
+    for first in ("3", "4"):
+        assert cli.main([*asked, "--first-seed", first]) == 0
+        tables.append(capsys.readouterr().out)
+    assert all("static 10" in table and "50 false alarms" not in table for table in tables)
+    assert tables[0].split("static 10")[1].split()[:4] != tables[1].split("static 10")[1].split()[:4]
+    assert cli.main([*asked[:4], "--scenarios", "static"]) == 2
+    assert "--scenarios: 'static' is none of paper, " in capsys.readouterr().err
+    assert cli.main([*asked, "--first-seed", "-1"]) == 2
+
+
 def test_trackers_are_chosen_by_name(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["assess", "track", "--quick", "--trackers", "coupled, nearest"]) == 0
     text = capsys.readouterr().out

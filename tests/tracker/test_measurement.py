@@ -185,7 +185,7 @@ def test_the_noise_is_that_of_range_bearing_and_pose() -> None:
     east = rng.normal(0.0, 0.2, count) + ranges * np.sin(azimuth)
     sample = np.cov(north, east)
     noisy = vehicle([0, 0, 0], [0, 0, yaw], sigma_position, np.array([0.0, 0.0, sigma_yaw]))
-    noisy = noisy._replace(noise=sigma_position[:2])
+    noisy = noisy._replace(noise=sigma_position)
     measured = position_measurement(one_echo(distance, bearing, sigma_bearing=0.01), noisy, HALF_VERTICAL)
     told = [measured.variance_north[0], measured.covariance_ne[0], measured.variance_east[0]]
     np.testing.assert_allclose(told, sample[[0, 0, 1], [0, 1, 1]], rtol=0.02)

@@ -14,6 +14,7 @@ from ods.assess.track.figures.table import table_of
 from ods.assess.track.measure import Row, contenders, rows
 from ods.assess.track.scenarios import KINDS, Kind, make
 from ods.assess.track.scene_world import scene_kind
+from ods.base.choices import none_of
 from ods.base.errors import OdsError
 from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
@@ -36,9 +37,12 @@ def run(args: Namespace) -> None:
         if args.config:
             configured = load_table(args.config, "tracker", TrackerSettings, OnboardConfig)
             PLUGINS.load(configured.plugins)
+        if args.first_seed < 0:
+            raise OdsError("--first-seed: no seed is below 0")
         count = args.seeds or (1 if args.quick else SEEDS)
         trackers = contenders(args.trackers, configured)
-        found = assess(_kinds(args), trackers, count, with_peers=args.peers)
+        seeds = range(args.first_seed, args.first_seed + count)
+        found = assess(_kinds(args), trackers, seeds, with_peers=args.peers)
         if args.out is not None:
             draw(args.out, found, args.style)
 
@@ -47,18 +51,21 @@ def _kinds(args: Namespace) -> dict[str, Kind]:
     """Return the scenarios to run: the user's own scenes, where he gives some. Raises OdsError."""
     if args.scene:
         return {file.stem: scene_kind(file) for file in scene_files(args.scene)}
-    return {name: KINDS[name] for name in (QUICK if args.quick else KINDS)}
+    unknown = [name for name in args.scenarios if name not in KINDS]
+    if unknown:
+        raise OdsError(f"--scenarios: {none_of(unknown[0], KINDS)}")
+    return {name: KINDS[name] for name in (args.scenarios or (QUICK if args.quick else KINDS))}
 
 
 def assess(
-    kinds: Mapping[str, Kind], trackers: Mapping[str, TrackerSettings], count: int, *, with_peers: bool
+    kinds: Mapping[str, Kind], trackers: Mapping[str, TrackerSettings], seeds: Sequence[int], *, with_peers: bool
 ) -> list[Row]:
-    """Run `trackers` over the scenarios with `count` seeds each and print the table. Raises OdsError."""
+    """Run `trackers` over the scenarios with these seeds each and print the table. Raises OdsError."""
     if with_peers and not peers.available():
         raise OdsError("--peers: the library is not installed: pip install stonesoup")
     names = progress(tuple(kinds), description="assessing", transient=True)
-    found = [row for name in names for row in rows({name: kinds[name]}, count, trackers, with_peers)]
-    Console(width=224).print(table_of(found, count))
+    found = [row for name in names for row in rows({name: kinds[name]}, seeds, trackers, with_peers)]
+    Console(width=224).print(table_of(found, len(seeds)))
     return found
 
 

@@ -34,7 +34,7 @@ class World:
     noise: Floats
     """(K, N) factor on the standard deviations of its detections."""
     pose_error: Floats
-    """(K, 3) north, east, yaw: reported minus true."""
+    """(K, 5) north, east, yaw, roll, pitch: reported minus true."""
     unresolved: bool = False
     """Objects close to each other give one echo."""
     occlusion: bool = False
@@ -103,6 +103,7 @@ def observe(name: str, world: World, rng: np.random.Generator) -> Case:
     reported = world.position.copy()
     reported[:, :2] += world.pose_error[:, :2]
     attitude = np.zeros_like(reported)
+    attitude[:, :2] = world.pose_error[:, 3:]
     attitude[:, 2] = world.yaw + world.pose_error[:, 2]
     scenario = Scenario(world.t, reported, attitude, np.concatenate(rows), meta)
     source = np.concatenate(sources).astype(np.intp)

@@ -14,6 +14,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
     add_style(parser)
     parser.add_argument("--seeds", type=positive_int, metavar="N", help="runs of each scenario (default: 5)")
+    parser.add_argument("--first-seed", type=int, default=0, metavar="N", help="the first of them (default: 0)")
+    parser.add_argument("--scenarios", nargs="+", default=[], metavar="NAME", help="only these")
     parser.add_argument(
         "--trackers", nargs="+", default=[], metavar='"OBSERVER, ASSOCIATION"',
         help="only these instead of every observer with every association",

@@ -79,11 +79,11 @@ class Row:
 
 
 def rows(
-    kinds: Mapping[str, Kind], seeds: int, trackers: Mapping[str, TrackerSettings], with_peers: bool
+    kinds: Mapping[str, Kind], seeds: Sequence[int], trackers: Mapping[str, TrackerSettings], with_peers: bool
 ) -> Iterator[Row]:
     """Yield the rows scenario by scenario; the library runs with the first seed only."""
     for name, kind in kinds.items():
-        cases = [make(name, seed, kinds) for seed in range(seeds)]
+        cases = [make(name, seed, kinds) for seed in seeds]
         truth = [score(case, reference.follow_reference(case)) for case in cases]
         found: dict[str, list[Scores]] = {tracker: [] for tracker in trackers}
         for case in cases:

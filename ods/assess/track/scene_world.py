@@ -31,5 +31,5 @@ def world_of(scene: Scene) -> World:
     truth = np.stack([np.column_stack([each.position_ned, each.velocity_ned, each.radius_m]) for each in states])
     shape = truth.shape[:2]
     return World(
-        t, pose.position_ned, np.unwrap(yaw), truth, SONAR, np.ones(shape, bool), np.ones(shape), np.zeros((len(t), 3))
+        t, pose.position_ned, np.unwrap(yaw), truth, SONAR, np.ones(shape, bool), np.ones(shape), np.zeros((len(t), 5))
     )

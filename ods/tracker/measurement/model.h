@@ -30,21 +30,22 @@ typedef struct {
     const double *half_height, *radius, *radius_variance, *height;
     const double *azimuth;                                          /* (2, k) */
     const double *sensitivity;                                      /* (UNSEEN, 2, k) */
-    const double *pose_variance;                                    /* (2,) */
+    const double *pose_variance, *tilt_variance;                    /* (2,), (1,) */
     int64_t count;                                                  /* k */
 } PositionMeasurement;
 
-/* A `PositionMeasurement` in a signature: eleven arguments. */
+/* A `PositionMeasurement` in a signature: twelve arguments. */
 #define POSITION_MEASUREMENT                                                                                            \
     "f8[3,k] position, f8[k] variance_north, f8[k] variance_east, f8[k] covariance_ne, f8[k] half_height, f8[k] radius, "\
-    "f8[k] radius_variance, f8[k] height, f8[2,k] azimuth, f8[4,2,k] sensitivity, f8[2] pose_variance"
+    "f8[k] radius_variance, f8[k] height, f8[2,k] azimuth, f8[4,2,k] sensitivity, f8[2] pose_variance, " \
+    "f8[1] tilt_variance"
 
-/* Returns the measurement of the eleven arguments from number k on. */
+/* Returns the measurement of the twelve arguments from number k on. */
 static inline PositionMeasurement position_measurement_from(const Argument *arguments, int k)
 {
 #define NUMBERS(i) ARRAY(const double, k + (i))
     return (PositionMeasurement){NUMBERS(0), NUMBERS(1), NUMBERS(2), NUMBERS(3), NUMBERS(4),  NUMBERS(5),
-                                 NUMBERS(6), NUMBERS(7), NUMBERS(8), NUMBERS(9), NUMBERS(10), SIZE(k, 1)};
+                                 NUMBERS(6), NUMBERS(7), NUMBERS(8), NUMBERS(9), NUMBERS(10), NUMBERS(11), SIZE(k, 1)};
 #undef NUMBERS
 }
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.compiled import native
-from ods.tracker.measurement.scan import Echoes, Vehicle
+from ods.tracker.measurement.scan import NO_NOISE, Echoes, Vehicle
 from ods.tracker.named import Named
 
 HEIGHT, BEND, ATTITUDE, CLIMB = 0, 1, 2, 3
@@ -65,6 +65,8 @@ class PositionMeasurement(NamedTuple):
     and by one of the climb, m: 0, as the height is that at the ping."""
     pose_variance: Floats
     """(2,) of the bias of the vehicle's own north and east, m^2."""
+    tilt_variance: Floats = NO_NOISE[:1]
+    """(1,) of the noise of its tilt, rad^2: `sensitivity[HEIGHT]` has it, too."""
 
 
 def predicted_measurement(
@@ -102,4 +104,4 @@ def position_measurement(
     position, rest, azimuth = np.empty((3, m)), np.empty((7, m)), np.empty((2, m))
     sensitivity = np.empty((UNSEEN, 2, m))
     native.measure_positions(echoes.table, predicted, vehicle, half_vertical, position, rest, azimuth, sensitivity)
-    return PositionMeasurement(*(position, *rest, azimuth, sensitivity, vehicle.bias[:2] ** 2))
+    return PositionMeasurement(*(position, *rest, azimuth, sensitivity, vehicle.bias[:2] ** 2, vehicle.noise[2:] ** 2))

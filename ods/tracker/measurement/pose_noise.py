@@ -6,10 +6,9 @@ noise is measured: if the vehicle keeps its motion, the place at a ping follows 
 the difference is that of the noise times 1 + (1 + r)^2 + r^2, r being the ratio of the two intervals.
 """
 
-import math
-
 import numpy as np
 
+from ods.compiled import native
 from ods.tracker.measurement.scan import Vehicle
 from ods.tracker.state import PoseNoiseState
 
@@ -18,60 +17,50 @@ FORGETTING = 0.99
 AT_LEAST_M = 0.3
 """Standard deviation, m, of the claim that always counts as noise: a bias of the attitude makes the positions seen from
 a moving vehicle drift by that much, which more exact echoes would take for a height or a motion."""
+UNSURE = 0.7
+"""Half of the relative standard deviation of a variance measured so, times the root of the weight: consecutive
+differences have two pings in common. By that share more of the claim counts as noise."""
 PRIOR_PINGS = 3.0
-"""Until more pings are compared, bias is taken to be the larger part."""
+"""Until more pings are compared, bias is taken to be the larger part, but of the tilt."""
+GIVEN = FORGETTING, AT_LEAST_M, UNSURE, PRIOR_PINGS
 LONGEST_STEP = 3.0
 """Number of former periods after which a pose counts as the first of a new sequence."""
+COMPARED = 5
+"""Quantities compared: north, east, yaw, and the vertical parts of ahead and of starboard."""
 
 
 class PoseNoise:
-    """The noise of north, east and yaw."""
+    """The noise of north, east, yaw and tilt."""
 
     def __init__(self) -> None:
-        self._squares, self._weight = [0.0, 0.0, 0.0], PRIOR_PINGS
-        self._before: list[tuple[int, list[float]]] = []
-        """Times, and north, east and yaw, of the last two pings."""
+        self._known = np.zeros(1 + 3 * COMPARED)
+        """Weight of what was compared, 0: no ping yet; sums of squares; what is compared of the last two pings."""
+        self._times_ns: list[int] = []
+        """Of those two."""
 
     def state(self) -> PoseNoiseState:
         """Return all that is known."""
-        return PoseNoiseState(self._weight, self._squares.copy(), self._before.copy())
+        return PoseNoiseState(self._known.tolist(), self._times_ns.copy())
 
     def restore(self, state: PoseNoiseState) -> None:
         """Restore the state of another one. Raises ValueError for an invalid state."""
-        places = [number for _, place in state.before for number in place]
-        numbers = [state.weight, *state.squares, *places]
-        sizes = [len(state.squares), *(len(place) for _, place in state.before)]
-        if set(sizes) != {3} or not all(map(math.isfinite, numbers)) or state.weight <= 0.0 or min(state.squares) < 0.0:
-            raise ValueError("the noise of poses is not one of three axes")
-        self._squares, self._weight, self._before = state.squares.copy(), state.weight, state.before[-2:]
+        known = np.array(state.known, np.float64)
+        if known.shape != self._known.shape or not np.isfinite(known).all() or known[: 1 + COMPARED].min() < 0.0:
+            raise ValueError("the noise of poses is not one of five numbers")
+        self._known, self._times_ns = known, state.times_ns[-2:]
 
     def take(self, vehicle: Vehicle, t_ns: int) -> Vehicle:
         """Take the pose of the next ping in; return the vehicle with its noise and its bias."""
-        north, east, _ = vehicle.position.tolist()
-        now = [north, east, math.atan2(vehicle.rotation[1, 0], vehicle.rotation[0, 0])]
-        if self._before and t_ns <= self._before[-1][0]:
-            self._before.clear()
-        self._compare(t_ns, now)
-        self._before = [*self._before[-1:], (t_ns, now)]
-        claimed = [*vehicle.sigma_position[:2].tolist(), float(vehicle.sigma_attitude[2])]
-        measured = [square / self._weight for square in self._squares]
-        noise = [min(max(math.sqrt(measured[k]), AT_LEAST_M), claimed[k]) for k in (0, 1)]
-        bias = [math.sqrt(max(0.0, claimed[k] ** 2 - measured[k])) for k in (0, 1, 2)]
-        return vehicle._replace(noise=np.array(noise), bias=np.array(bias))
+        own = np.empty((2, 3))
+        native.pose_noise(vehicle, self._step_to(t_ns), GIVEN, self._known, own)
+        return vehicle._replace(noise=own[0], bias=own[1])
 
-    def _compare(self, t_ns: int, now: list[float]) -> None:
-        if len(self._before) < 2:
-            return
-        (first_ns, first), (second_ns, second) = self._before
-        step = (t_ns - second_ns) / (second_ns - first_ns)
-        if step > LONGEST_STEP:
-            return
-        last, this = _change(first, second), _change(second, now)
-        share = 1.0 / (1.0 + (1.0 + step) ** 2 + step**2)
-        differs = (b - step * a for a, b in zip(last, this, strict=True))
-        self._squares = [FORGETTING * s + share * d * d for s, d in zip(self._squares, differs, strict=True)]
-        self._weight = FORGETTING * self._weight + 1.0
-
-
-def _change(earlier: list[float], later: list[float]) -> tuple[float, float, float]:
-    return later[0] - earlier[0], later[1] - earlier[1], math.remainder(later[2] - earlier[2], math.tau)
+    def _step_to(self, t_ns: int) -> float:
+        """Return the time since the last ping over that before it; 0: there is nothing to compare with."""
+        if self._times_ns and t_ns <= self._times_ns[-1]:
+            self._times_ns.clear()
+        before, self._times_ns = self._times_ns, [*self._times_ns[-1:], t_ns]
+        if len(before) < 2:
+            return 0.0
+        step = (t_ns - before[1]) / (before[1] - before[0])
+        return step if step <= LONGEST_STEP else 0.0

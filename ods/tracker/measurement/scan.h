@@ -29,12 +29,12 @@ typedef struct {
     const MatrixRow *rotation;    /* (3, 3) body to global */
     const double *sigma_position; /* (3,) north, east, down, m */
     const double *sigma_attitude; /* (3,) roll, pitch, yaw, rad */
-    const double *noise;          /* (2,) north, east, m: what counts as new with every ping, */
+    const double *noise;          /* (3,) north, east, m, and tilt, rad: what counts as new with every ping, */
     const double *bias;           /* and (3,) north, east, m, and yaw, rad: what all pings share */
 } Vehicle;
 
 /* A `Vehicle` in a signature: six arguments. */
-#define VEHICLE "f8[3] position, f8[3,3] rotation, f8[3] sigma_position, f8[3] sigma_attitude, f8[2] noise, " \
+#define VEHICLE "f8[3] position, f8[3,3] rotation, f8[3] sigma_position, f8[3] sigma_attitude, f8[3] noise, " \
                 "f8[3] bias"
 
 /* Returns the vehicle of the six arguments from number k on. */

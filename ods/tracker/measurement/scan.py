@@ -28,8 +28,8 @@ class Vehicle(NamedTuple):
     """(3,) north, east, down, m."""
     sigma_attitude: Floats
     """(3,) roll, pitch, yaw, rad."""
-    noise: Floats = NO_NOISE[:2]
-    """(2,) standard deviations of north and east that count as new with every ping,"""
+    noise: Floats = NO_NOISE
+    """(3,) standard deviations of north, east and tilt that count as new with every ping,"""
     bias: Floats = NO_NOISE
     """and (3,) of north, east and yaw that all pings share (`PoseNoise`)."""
 

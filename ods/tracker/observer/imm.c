@@ -420,14 +420,14 @@ KERNEL(imm_update, TABLES ", i8[k] rows, " POSITION_MEASUREMENT ", f8[k] since_s
     const Tables tables = TABLES_AT(0);
     const int64_t count = SIZE(4, 0), *rows = ARRAY(const int64_t, 4);
     const PositionMeasurement measured = position_measurement_from(arguments, 5);
-    const Heights heights = height_rows(ARRAY(double, 19), count);
-    const Learned learned = learned_rows(ARRAY(double, 20), count);
+    const Heights heights = height_rows(ARRAY(double, 20), count);
+    const Learned learned = learned_rows(ARRAY(double, 21), count);
     Lanes *lanes = SCRATCH(Lanes, tables.models + 1);
     Answer *answers = SCRATCH(Answer, tables.models + 1);
     int64_t who[LANES];
     if (!all_inside(rows, count, tables.n) || tables.models < 1)
         return;
-    exchange_where_due(&tables, rows, ARRAY(const double, 16), count, ARRAY(const double, 17), FLOAT(18));
+    exchange_where_due(&tables, rows, ARRAY(const double, 17), count, ARRAY(const double, 18), FLOAT(19));
     for (int64_t k = 0; k < count; k += LANES) {
         const int64_t found = next_lanes(rows, count, k, who);
         gather_hypotheses(&tables, RESTING, who, lanes);

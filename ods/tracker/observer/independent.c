@@ -140,8 +140,8 @@ KERNEL(independent_update, TABLES ", i8[k] rows, " POSITION_MEASUREMENT ", f8[5,
     const Tables t = tables_of(arguments);
     const int64_t count = SIZE(3, 0), *rows = ARRAY(const int64_t, 3);
     const PositionMeasurement measured = position_measurement_from(arguments, 4);
-    const Heights heights = height_rows(ARRAY(double, 15), count);
-    const Learned learned = learned_rows(ARRAY(double, 16), count);
+    const Heights heights = height_rows(ARRAY(double, 16), count);
+    const Learned learned = learned_rows(ARRAY(double, 17), count);
     if (!all_inside(rows, count, t.n))
         return;
     for (int64_t k = 0; k < count; k++)

@@ -26,6 +26,8 @@
 #define MOST_SQUARE 3.0
 /* Of a coordinate's variance at least this share is independent of the other's: rounding must not make it negative. */
 #define LEAST_SHARE 1e-14
+/* By a tilt of so many standard deviations of its noise the vehicle may not have tilted at all. */
+#define NOISE_SIGMAS 2.0
 /* Keeps 0 / 0 out of what a measurement says that tells nothing. */
 #define LEAST_TOLD 1e-300
 
@@ -62,7 +64,8 @@ typedef struct {
     double variance_north, variance_east, covariance_ne;
     double variance, square, square_variance; /* of the height, as in `Heights` */
     Two by_height, bend, by_attitude;         /* derivatives at the mean height */
-    Two azimuth;                              /* as in `PositionMeasurement` */
+    Two azimuth;                              /* as in `PositionMeasurement`, */
+    double tilt_variance;                     /* too */
 } Fix;
 
 /* Of a filter: by how much its states follow an innovation. */
@@ -132,6 +135,7 @@ static inline Fix fix_of(const PositionMeasurement *measured, int64_t k, const H
         .bend = bend,
         .by_attitude = by_attitude,
         .azimuth = {measured->azimuth[k], measured->azimuth[count + k]},
+        .tilt_variance = *measured->tilt_variance,
     };
 }
 
@@ -176,6 +180,13 @@ static inline double beyond(double variance, double told, double alike)
     return smaller(larger(variance - alike, 0.0) / larger(taken, LEAST_TOLD), 1.0);
 }
 
+/* Returns the share that counts of what is told of the height by looking from another direction, which changes the
+   derivative by the root of `changed`: the noise of the tilt changes it, too, and tells nothing. */
+static inline double more_than_noise(double changed, double tilt_variance)
+{
+    return larger(1.0 - square(NOISE_SIGMAS) * tilt_variance / larger(changed, LEAST_TOLD), 0.0);
+}
+
 /* Returns a' S^-1 a times the determinant of S. */
 static inline double squared(Two a, double s_nn, double s_ee, double s_ne)
 {
@@ -204,7 +215,7 @@ static inline Innovation innovation(Column unseen, const Place *place, const Fix
     const double whitened_east = (s_nn * new_east - s_ne * new_north) * inverse;
     const double told = squared(by, s_nn, s_ee, s_ne) * inverse, told_bend = squared(bend, s_nn, s_ee, s_ne) * inverse;
     const double climbed = square(climb.north) + square(climb.east), lower = square(by.north) + square(by.east);
-    const double part = beyond(spread, told, climbed / larger(lower, LEAST_TOLD));
+    const double part = more_than_noise(lower, fix->tilt_variance) * beyond(spread, told, climbed / larger(lower, LEAST_TOLD));
     return (Innovation){
         .north = north,
         .east = east,
