@@ -1,14 +1,16 @@
 """Menu 3, Simulator: a scene edited in its plan and seen at once; the mission rehearsed."""
 
 import math
+from functools import partial
 from pathlib import Path
 
 from nicegui import ui
 
 from ods.base.errors import one_line
 from ods.workbench.engine.newest import Newest
+from ods.workbench.engine.own_process import OwnProcess, whole
 from ods.workbench.engine.rehearsal import Rehearsal
-from ods.workbench.engine.scene_view import Asked, Pictured, ScenePictures, pings_of
+from ods.workbench.engine.scene_view import Asked, Pictured, pictured, pings_of
 from ods.workbench.model import actions as do
 from ods.workbench.model.scene_handles import Handle, dragged, handles_of
 from ods.workbench.model.state import State
@@ -61,7 +63,9 @@ class _Menu:
 
     def _fill(self) -> None:
         self._place.clear()
-        self._simulator = None
+        if self._simulator is not None:
+            self._simulator.close()
+            self._simulator = None
         with self._place:
             open_bar(self._session)
             if self._session.state.scene is not None:
@@ -88,9 +92,11 @@ class _Simulator:
                 self._build_image()
             with ui.column().classes("gap-1 min-w-0").style("width: 26%; min-width: 21.5rem"):
                 self._side = Side(session, self._select, self._show_rehearsal)
-        pictures = ScenePictures()
-        self._newest: Newest[Asked, Pictured] = Newest(pictures.picture, self._told, self._failed)
-        self._fan.client.on_delete(self._newest.close)
+        process = OwnProcess(pictured, nicer=0)
+        self._newest: Newest[Asked, Pictured] = Newest(
+            partial(process, whole), self._told, self._failed, idle=process.end
+        )
+        self._fan.client.on_delete(self.close)
         follow(session, self._fan, self._changed)
         self._ask(session.state)
         self._draw_handles(session.state)
@@ -113,6 +119,10 @@ class _Simulator:
             self._time.on_value_change(lambda event: self._session.do(do.ShowPing(int(event.value))))
             self._clock = ui.label().classes("text-sm w-40 shrink-0").mark("clock")
         self._profile = ui.echart({}).classes("w-full").style("height: 30vh")
+
+    def close(self) -> None:
+        """Simulate nothing more."""
+        self._newest.close()
 
     def see(self, seen: bool) -> None:
         """Take whether the menu is shown: while it is not, nothing is simulated."""

@@ -21,8 +21,9 @@ from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.shots import shot_at
 from ods.workbench.engine.rehearsal import rehearse
 from ods.workbench.engine.scene_curves import beam_pattern, reflection, vertical_pattern
+from ods.workbench.engine.scene_pictures import ScenePictures
 from ods.workbench.engine.scene_plan import plan_of, strip_of
-from ods.workbench.engine.scene_view import Asked, SceneError, ScenePictures, built
+from ods.workbench.engine.scene_view import Asked, SceneError, built
 from ods.workbench.model.paths import with_value
 from tests.workbench.engine.test_own_process import keeping
 
