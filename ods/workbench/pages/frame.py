@@ -65,8 +65,13 @@ TEXT_COLOURS = {
 """Of what failed, is well or needs care; 4.5:1 at least against page and cards (WCAG 2.2, 1.4.3)."""
 NARROW = "@media (max-width: 1200px) { header .q-tab { padding: 0 8px; } }"
 """All tabs are seen in a window of 1024 pixels."""
-ANSWER_FIRST_S = 0.03
-"""After a menu's place is sent to the browser, until it is built: that keeps the server's loop."""
+ANSWER = """(name) => {
+    element.props["model-value"] = name;
+    for (const menu of document.getElementById("menus").children)
+        menu.classList.toggle("hidden", menu.dataset.menu !== name);
+}"""
+"""Of the browser to a click at a tab: the tab and the menu's place, whatever the server does meanwhile, which then shows
+the same. `element` is NiceGUI's, where it evaluates this."""
 LONGEST_NAME = 44
 """Characters of the name of data or a step in the header; the list of steps has all of it."""
 
@@ -172,21 +177,28 @@ class _Menus:
         names = [menu.name for menu in self.shown]
         self._first = wanted if wanted in names else next(iter(names), "")
         self._panels: dict[str, ui.column] = {}
+        self._built: set[str] = set()
 
     def build_tabs(self) -> None:
         """Build the row of tabs."""
-        self._tabs = ui.tabs(on_change=lambda event: self.open(event.value))
+        self._tabs = ui.tabs(on_change=lambda event: self.open(event.value)).on("update:model-value", js_handler=ANSWER)
         self._tabs.props("dense no-caps inline-label align=left").classes("w-full")
         with self._tabs:
             for menu in self.shown:
                 ui.tab(menu.name, icon=menu.icon).mark(menu.name)
 
     def build_panels(self) -> None:
-        """Build the place for the menus, and the first of them."""
+        """Build a place for each menu, and the first of them."""
         self._place = ui.column().classes("w-full gap-0 p-2").props("id=menus")
-        if not self.shown:
-            with self._place:
+        with self._place:
+            if not self.shown:
                 ui.label("There are no menus.")
+            for menu in self.shown:
+                panel = self._panels[menu.name] = ui.column().classes("w-full gap-2").props(f'data-menu="{menu.name}"')
+                panel.set_visibility(False)
+                with panel, ui.row().classes("items-center p-4"):
+                    ui.spinner()
+                    ui.label(f"opening {menu.name} ...")
         self._tabs.set_value(self._first)
 
     def choose(self, number: int) -> None:
@@ -197,35 +209,36 @@ class _Menus:
     def open(self, name: str) -> None:
         """Show one menu and hide the others."""
         _open_menu[self._session] = name
-        for menu in self.shown:
-            if menu.name == name and name not in self._panels:
-                self._panels[name] = self._built(menu)
         for other, panel in self._panels.items():
             panel.set_visibility(other == name)
+        for menu in self.shown:
+            if menu.name == name and name not in self._built:
+                self._build(menu)
 
-    def _built(self, menu: Menu) -> ui.column:
-        """Build the first menu; of one that is opened later the place, at once, and the rest once that is shown."""
-        with self._place, ui.column().classes("w-full gap-2") as panel:
-            if not self._panels:
+    def _build(self, menu: Menu) -> None:
+        """Build the first menu; one that is opened later soon, so that the loop first does what waits."""
+        panel, is_first = self._panels[menu.name], not self._built
+        self._built.add(menu.name)
+
+        async def fill() -> None:
+            with contextlib.suppress(Exception):  # it is told when it is built
+                await run.io_bound(importlib.import_module, menu.module)
+            if self._tabs.value == menu.name:
                 self._fill(menu, panel)
-                return panel
-            with ui.row().classes("items-center p-4"):
-                ui.spinner()
-                ui.label(f"opening {menu.name} ...")
+            else:  # by now another is wanted
+                self._built.discard(menu.name)
 
-            async def fill() -> None:
-                with contextlib.suppress(Exception):  # it is told when it is built
-                    await run.io_bound(importlib.import_module, menu.module)
-                panel.clear()
-                with panel:
-                    self._fill(menu, panel)
-
-            ui.timer(ANSWER_FIRST_S, fill, once=True)
-        return panel
+        if is_first:
+            self._fill(menu, panel)
+        else:
+            with panel:
+                ui.timer(0.0, fill, once=True)
 
     def _fill(self, menu: Menu, panel: ui.column) -> None:
+        panel.clear()
         try:
-            importlib.import_module(menu.module).build(self._session)
+            with panel:
+                importlib.import_module(menu.module).build(self._session)
         except Exception as error:  # one menu that fails does not take the others away
             log.error("%s: %s", menu.name, one_line(error), exc_info=log.isEnabledFor(logging.DEBUG))
             panel.clear()

@@ -59,7 +59,9 @@ def test_a_request_that_fails_is_told_and_the_next_is_done() -> None:
 
 def test_what_is_kept_is_given_back_once_nothing_is_asked_and_at_the_end() -> None:
     done, idle = threading.Semaphore(0), threading.Semaphore(0)
-    newest = Newest(lambda request: request, lambda *_: done.release(), lambda *_: None, idle.release, idle_s=0.01)
+    newest: Newest[int, int] = Newest(
+        lambda request: request, lambda *_: done.release(), lambda *_: None, idle.release, idle_s=0.01
+    )
     newest.ask(1)
     assert done.acquire(timeout=10.0)
     assert idle.acquire(timeout=10.0)
