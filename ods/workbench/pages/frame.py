@@ -70,8 +70,8 @@ ANSWER = """(name) => {
     for (const menu of document.getElementById("menus").children)
         menu.classList.toggle("hidden", menu.dataset.menu !== name);
 }"""
-"""Of the browser to a click at a tab: the tab and the menu's place, whatever the server does meanwhile, which then shows
-the same. `element` is NiceGUI's, where it evaluates this."""
+"""Of the browser to a click at a tab: the tab and the menu's place, whatever the server does, which shows the same later.
+`element` is NiceGUI's, where it evaluates this."""
 LONGEST_NAME = 44
 """Characters of the name of data or a step in the header; the list of steps has all of it."""
 
