@@ -70,7 +70,7 @@ ANSWER = """(name) => {
     for (const menu of document.getElementById("menus").children)
         menu.classList.toggle("hidden", menu.dataset.menu !== name);
 }"""
-"""Of the browser to a click at a tab: the tab and the menu's place, whatever the server does, which shows the same later.
+"""Of the browser to a click at a tab: the tab and the menu's place, whatever the server does; it shows the same later.
 `element` is NiceGUI's, where it evaluates this."""
 LONGEST_NAME = 44
 """Characters of the name of data or a step in the header; the list of steps has all of it."""
