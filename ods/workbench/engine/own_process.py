@@ -10,6 +10,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any, Concatenate, Generic, NamedTuple, ParamSpec, TypeVar
 
 from ods.base.errors import OdsError, one_line
+from ods.base.resident import give_back_freed
 
 Told = ParamSpec("Told")
 WordT = TypeVar("WordT")
@@ -69,6 +70,7 @@ class OwnProcess(Generic[WordT, Told, ResultT]):
             (process, pipe), self._running = self._running, None
             pipe.close()
             process.join()
+            give_back_freed()  # copies of what it took and returned
 
     def _asked(self, tell: Callable[[WordT], bool], args: Any, kwargs: Any) -> _Came | _Failed:
         said: Any = None

@@ -2,6 +2,7 @@
 
 import os
 import signal
+from functools import partial
 from pathlib import Path
 
 import psutil
@@ -27,6 +28,11 @@ def seen(window: webdriver.Chrome) -> str:
     return str(text)
 
 
+def is_opening(window: webdriver.Chrome, menu: str) -> bool:
+    """Return whether nothing but the place of a menu is shown."""
+    return seen(window).strip() == f"opening {menu} ..."
+
+
 def test_a_click_is_answered_while_the_server_does_nothing_and_the_menu_comes_afterwards(tmp_path: Path) -> None:
     programs()
     with serving(str(SCENE)) as server, chromium(tmp_path / "profile") as window:
@@ -36,7 +42,7 @@ def test_a_click_is_answered_while_the_server_does_nothing_and_the_menu_comes_af
         try:
             for menu in ("Echogram", "Live"):
                 open_menu(window, menu)
-                until(lambda menu=menu: seen(window).strip() == f"opening {menu} ...")
+                until(partial(is_opening, window, menu))
                 assert menu in window.execute_script(CHOSEN)
         finally:
             os.kill(server.process.pid, signal.SIGCONT)
