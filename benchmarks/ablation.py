@@ -30,14 +30,15 @@ from ods.assess.sea.judge import SceneScore, judge
 from ods.assess.sea.run import DetectedPing, detected, images_of, listed, scene_with_seed
 from ods.assess.sea.table import TRACKED_LIMIT
 from ods.base.arrays import Indices
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.messages import Sector
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.by_name import find_sonar
-from ods.tracker import judgement, tracker
+from ods.tracker import tracker
 from ods.tracker.association import match
 from ods.tracker.association.clutter import RADII, Clutter, ClutterDensity
 from ods.tracker.existence.model import EXISTENCE, MODEL, ExistenceModel
+from ods.tracker.life import judgement
 from ods.tracker.measurement.scan import Echoes
 from ods.tracker.output import surface
 from ods.tracker.settings import TrackerSettings

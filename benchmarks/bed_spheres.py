@@ -13,11 +13,11 @@ from benchmarks.circles import Case, Look
 from benchmarks.heard_echoes import Seen, heard
 from ods.assess.sea.run import head_at
 from ods.base.arrays import Floats
-from ods.base.geometry import body_to_polar, global_to_body
+from ods.base.frames.geometry import body_to_polar, global_to_body
 from ods.messages import Detections, Truth
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.settings import SceneFile

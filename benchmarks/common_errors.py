@@ -21,11 +21,11 @@ import tomli_w
 from ods.assess.sea.run import DetectedPing, detected, head_at, images_of, scene_with_seed
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.quaternion import product
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
+from ods.base.frames.quaternion import product
 from ods.messages import Detection, Truth
 from ods.pipeline.settings import PipelineSettings
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.scene.timeline import Scene
 from ods.tracker.common_error.monitor import CommonErrors

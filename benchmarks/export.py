@@ -14,8 +14,8 @@ import msgspec
 import numpy as np
 
 from ods.base.clock import NS
+from ods.base.frames.mounting import AT_ORIGIN
 from ods.base.geodesy import LocalFrame
-from ods.base.mounting import AT_ORIGIN
 from ods.export.command import FORMATS, maker
 from ods.export.place import Place
 from ods.export.pour import TOPICS, export

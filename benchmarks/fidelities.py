@@ -15,9 +15,9 @@ from ods.base.settings_file import load
 from ods.missions.detections.agreement import compared, table_of
 from ods.missions.detections.fit import fitted
 from ods.missions.detections.laws import save_laws
-from ods.missions.fly import fly, tasks_of
+from ods.missions.parallel.fly import fly, tasks_of
+from ods.missions.parallel.workers import flown_of
 from ods.missions.settings import Campaign
-from ods.missions.workers import flown_of
 
 
 def main() -> None:

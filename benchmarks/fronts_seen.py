@@ -22,7 +22,7 @@ from ods.messages import Detection, frame_of
 from ods.pipeline.chain import Chain
 from ods.pipeline.fronts.network import learnt
 from ods.pipeline.fronts.windows import Windows
-from ods.pipeline.plan import make_plan, sample_scale_of
+from ods.pipeline.prepared.plan import make_plan, sample_scale_of
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.image import ImageSimulator

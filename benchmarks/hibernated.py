@@ -8,7 +8,7 @@ import time
 import numpy as np
 
 from ods.base.clock import NS
-from ods.base.geometry import quat_from_euler
+from ods.base.frames.geometry import quat_from_euler
 from ods.messages import Sector
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at

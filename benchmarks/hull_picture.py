@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from benchmarks.sonar3d15 import RECORDING
-from ods.base.geometry import polar_to_body
+from ods.base.frames.geometry import polar_to_body
 from ods.messages import frame_of
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ods.runtime.port.port import PORT_READ_BYTES
-from ods.sim_sonar.device.norbit_packets import ImageSays, water_column
+from ods.sim_sonar.device.sonars.norbit_packets import ImageSays, water_column
 from ods.sonar_link.norbit.framer import Framer
 from ods.sonar_link.norbit.image import amplitudes_of
 from ods.sonar_link.norbit.packets import decode_image_head

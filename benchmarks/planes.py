@@ -11,7 +11,7 @@ from ods.messages import Detections
 from ods.offline.source import Source, simulated
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.scene.timeline import Scene

@@ -24,7 +24,7 @@ import zmq
 from ods.base import clock
 from ods.messages import Health, Ping
 from ods.runtime.bus import Subscriber
-from ods.sim_sonar.device.serial_line import SerialLine
+from ods.sim_sonar.device.lines.serial_line import SerialLine
 from ods.sonar_link.s7k import records
 from ods.sonar_link.s7k.assembler import Assembler
 from ods.sonar_link.s7k.framer import RecordFramer

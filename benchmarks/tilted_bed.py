@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ods.base import geometry
+from ods.base.frames import geometry
 from ods.sim_sonar.echo.bodies import BODY
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.mean_area import Surroundings, mean_area

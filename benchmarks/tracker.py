@@ -25,7 +25,7 @@ from ods.base.clock import NS
 from ods.messages import Pose
 from ods.plots.chart import dress, number, save_figure
 from ods.plots.style import SERIES, STRONG, add_style, drawn_in
-from ods.runtime.pose_buffer import PoseBuffer
+from ods.pose.buffer import PoseBuffer
 from ods.tracker import scenario
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement import motion_during_reception

@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from ods import __version__
-from ods.base import open_files
+from ods.base.command_line.log_writer import LogWriter
+from ods.base.computer import open_files
+from ods.base.computer.memory import TOO_LITTLE, is_too_little
 from ods.base.errors import OdsError, reason_of, why_no_kernels
-from ods.base.log_writer import LogWriter
-from ods.base.memory import TOO_LITTLE, is_too_little
 from ods.runtime.processes import PROCESSES
 
 BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})

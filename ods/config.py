@@ -2,15 +2,15 @@
 
 from typing import TypeVar
 
+from ods.base.frames.mounting import MountingSettings
 from ods.base.geodesy import SiteSettings
-from ods.base.mounting import MountingSettings
 from ods.base.settings import Settings
 from ods.bridge.settings import BridgeSettings
 from ods.nav_bridge.settings import NavSettings
 from ods.pipeline.settings import PipelineSettings
+from ods.pose.buffer import PoseSettings
 from ods.recording.settings import RecordSettings
 from ods.runtime.bus import BusSettings
-from ods.runtime.pose_buffer import PoseSettings
 from ods.runtime.supervisor import SuperviseSettings
 from ods.sonar_link.files.settings import RecordingsSettings
 from ods.sonar_link.settings import SonarSettings

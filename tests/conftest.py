@@ -29,9 +29,10 @@ def registers() -> Iterator[None]:
     """Registers of parts as they were before the test, when it is over."""
     from ods.tracker.association.registry import ASSOCIATIONS  # slow
     from ods.tracker.observer.registry import OBSERVERS
+    from ods.tracker.settings import ASSOCIATION_NAMES, OBSERVER_NAMES
 
-    tables: list[Any] = [PROTOCOLS, OBSERVERS, ASSOCIATIONS, PLUGGED_IN]
-    before = [dict(table) for table in tables]
+    tables: list[Any] = [PROTOCOLS, OBSERVERS, ASSOCIATIONS, PLUGGED_IN, OBSERVER_NAMES, ASSOCIATION_NAMES]
+    before = [table.copy() for table in tables]
     yield
     for table, old in zip(tables, before, strict=True):
         table.clear()

@@ -12,13 +12,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from ods.base import clock
+from ods.base.computer.overload import OVERLOADED
 from ods.base.geodesy import SiteSettings
-from ods.base.overload import OVERLOADED
 from ods.messages import Clearance, Detections, ObstacleList, Ping, Pose
 from ods.pipeline.chain import Chain
-from ods.pipeline.plan import PingError
+from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.settings import PipelineSettings
-from ods.runtime.pose_buffer import PoseBuffer, PoseSettings
+from ods.pose.buffer import PoseBuffer, PoseSettings
 from ods.runtime.processes import PROCESSES
 from ods.tracker.service import TrackerWorker
 from ods.tracker.settings import TrackerProcessConfig, TrackerSettings

@@ -22,9 +22,9 @@ from ods.assess.sea.assessment import shipped_folder
 from ods.assess.sea.run import images_of, scene_with_seed
 from ods.base.arrays import Floats
 from ods.messages import Ping
-from ods.pipeline import prepared_chain
 from ods.pipeline.chain import Chain
 from ods.pipeline.fronts.judge import Fronts
+from ods.pipeline.prepared import prepared_chain
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.by_name import find_sonar
 

@@ -1,9 +1,12 @@
-"""Scenes of the user's own, as `--scene` names them."""
+"""Scenes to assess: the family of sea-beds, and the user's own, as `--scene` names them."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ods.base.errors import OdsError
+
+SEA_BEDS = "scenes/sea"
+"""Where the family is in config/."""
 
 
 def scene_files(places: Sequence[Path]) -> Iterator[Path]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ods.base.arrays import Floats
-from ods.base.quaternion import Quaternion, Vector3
+from ods.base.frames.quaternion import Quaternion, Vector3
 from ods.base.settings import Settings
 
 SEMI_MAJOR_M = 6378137.0

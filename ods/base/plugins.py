@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from ods.base.errors import OdsError, one_line
-from ods.base.ownership import weakness
+from ods.base.files.ownership import weakness
 
 PartT = TypeVar("PartT")
 

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from ods.base.errors import OdsError, one_line
-from ods.base.in_file import content_of
+from ods.base.files.in_file import content_of
 from ods.base.settings import Settings, complaint_of
 
 MOST_DOTS = 200

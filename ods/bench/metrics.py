@@ -7,9 +7,9 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.bench.avoidance import Avoidance, missed as avoidance_missed
 from ods.bench.machine import MachineLoad
 from ods.bench.settings import BenchLimits
+from ods.bench.way.avoidance import Avoidance, missed as avoidance_missed
 from ods.messages import Health
 from ods.offline.run_record import Log, RunRecord
 from ods.offline.score import ObjectScore, position_rms_m, score_objects

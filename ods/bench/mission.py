@@ -6,16 +6,16 @@ from typing import Any
 
 import msgspec
 
-from ods.base.mounting import Mounting, mounting_in
+from ods.base.frames.mounting import Mounting, mounting_in
 from ods.base.settings_file import load
 from ods.bench import report
-from ods.bench.avoidance import Mission, judge
-from ods.bench.best_way import best_way, length_m
 from ods.bench.machine import MachineProbe
 from ods.bench.metrics import summarize
 from ods.bench.runner import fly_mission
 from ods.bench.settings import BenchConfig
-from ods.bench.way_picture import draw_way
+from ods.bench.way.avoidance import Mission, judge
+from ods.bench.way.best_way import best_way, length_m
+from ods.bench.way.way_picture import draw_way
 from ods.offline import picture
 from ods.plots.style import drawn_in
 from ods.sim_sonar.scene.timeline import load_scene

@@ -12,8 +12,8 @@ from ods.base.settings_file import load
 from ods.bench.program import BenchError
 from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
+from ods.sim_sonar.device.lines.tcp_line import HOST
 from ods.sim_sonar.device.sonar_line import port_of
-from ods.sim_sonar.device.tcp_line import HOST
 from ods.sim_sonar.ins.can_bus import can_of, planner_can_of
 from ods.sim_sonar.ins.nmea_ins import PORT
 

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from ods.base.by_place import ByPlace
+from ods.base.files.by_place import ByPlace
 
 ItemT = TypeVar("ItemT")
 

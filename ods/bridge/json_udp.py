@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from ods.base.quaternion import Quaternion
+from ods.base.frames.quaternion import Quaternion
 from ods.bridge.encoder import Encoded
 from ods.bridge.moment import Moment
 from ods.bridge.settings import JsonSettings

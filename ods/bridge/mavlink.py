@@ -11,7 +11,7 @@ from typing import NamedTuple
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from ods.base.clock import MS
-from ods.base.quaternion import Vector3, conjugate, rotated
+from ods.base.frames.quaternion import Vector3, conjugate, rotated
 from ods.bridge.encoder import Encoded
 from ods.bridge.json_udp import heading_deg
 from ods.bridge.moment import Moment

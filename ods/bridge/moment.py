@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 from ods.base.clock import NS
-from ods.base.quaternion import Vector3
+from ods.base.frames.quaternion import Vector3
 from ods.messages import ClosestApproach, Obstacle, ObstacleList, PoseAt
 
 

@@ -3,8 +3,8 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from ods.base.arguments import number
-from ods.base.in_file import refuse_missing
+from ods.base.command_line.arguments import number
+from ods.base.files.in_file import refuse_missing
 
 DEPTH = number(-12_000.0, 12_000.0, "metres")
 

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ods.base.arrays import Floats, Indices
-from ods.base.geometry import wrap_angle
-from ods.base.mounting import MountingSettings
+from ods.base.frames.geometry import wrap_angle
+from ods.base.frames.mounting import MountingSettings
 from ods.calibrate.pose_history import PoseHistory
 
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ods.base.mounting import MountingSettings
+from ods.base.frames.mounting import MountingSettings
 from ods.calibrate.fit import Fit
 
 TOLD_YAW_DEG, TOLD_PITCH_DEG, TOLD_LATENCY_S = 0.5, 1.0, 0.015

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ods.base.arguments import Choice
+from ods.base.command_line.arguments import Choice
 from ods.base.errors import OdsError, reason_of
-from ods.base.out_file import refuse_unwritable
+from ods.base.files.out_file import refuse_unwritable
 from ods.base.settings_file import load, load_table
 from ods.config import OnboardConfig
 from ods.offline.recorded import pings_of

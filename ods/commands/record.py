@@ -3,8 +3,8 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from ods.base.arguments import duration_s
-from ods.base.in_file import text_of
+from ods.base.command_line.arguments import duration_s
+from ods.base.files.in_file import text_of
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.recording.errors import RecordingError

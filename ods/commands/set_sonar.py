@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from ods.base.arguments import number
+from ods.base.command_line.arguments import number
 from ods.base.settings_file import load
 from ods.client import Sonar, SonarRequest
 from ods.config import OnboardConfig

@@ -6,8 +6,8 @@ from pathlib import Path
 from ods.base import clock
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
-from ods.commands import watch_json
-from ods.commands.heard import Heard, listen, one_look
+from ods.commands.watched import watch_json
+from ods.commands.watched.heard import Heard, listen, one_look
 from ods.config import OnboardConfig
 from ods.runtime import bus
 
@@ -25,7 +25,7 @@ def run(args: Namespace) -> int:
     run_dir = load(args.config, OnboardConfig).bus.run_dir
     if args.once:
         return _once(run_dir, as_json=args.json)
-    from ods.commands import watch_screen  # rich is not on board
+    from ods.commands.watched import watch_screen  # rich is not on board
 
     watch_screen.live(listen(run_dir), lambda: bus.hindrance(run_dir, "tracker"))
     return 0
@@ -38,7 +38,7 @@ def _once(run_dir: Path, *, as_json: bool) -> int:
         hindrance = bus.hindrance(run_dir, "tracker") if heard.newest is None else ""
         print(watch_json.text(heard, clock.monotonic_ns(), hindrance))
     else:
-        from ods.commands import watch_screen
+        from ods.commands.watched import watch_screen
 
         watch_screen.once(heard, lambda: bus.hindrance(run_dir, "tracker"))
     return 0 if _is_valid(heard) else 1

@@ -3,8 +3,8 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from ods.base.arguments import duration_s
-from ods.base.terminal import coloured
+from ods.base.command_line.arguments import duration_s
+from ods.base.command_line.terminal import coloured
 from ods.doctor.report import findings
 
 LEVEL_COLOURS = {"good": "green", "note": "yellow", "wrong": "red"}

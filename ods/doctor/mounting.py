@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from ods.base.mounting import Lever, MountingSettings
+from ods.base.frames.mounting import Lever, MountingSettings
 from ods.doctor.finding import Finding
 
 WAYS = ("ahead", "astern"), ("to starboard", "to port"), ("down", "up")

@@ -10,8 +10,8 @@ import numpy as np
 
 from ods.base import clock
 from ods.base.errors import OdsError
+from ods.base.frames.geometry import euler_from_quat
 from ods.base.geodesy import LocalFrame
-from ods.base.geometry import euler_from_quat
 from ods.config import OnboardConfig
 from ods.doctor import pose_sense
 from ods.doctor.finding import Finding

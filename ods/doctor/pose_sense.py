@@ -8,7 +8,7 @@ import numpy as np
 from ods.base import clock
 from ods.doctor.finding import Finding
 from ods.messages import Pose
-from ods.runtime.pose_motion import PoseMotion
+from ods.pose.motion import PoseMotion
 
 FAR_M = 20_000.0
 """So far from its origin the local frame's plane is 31 m above the sea's surface."""

@@ -6,8 +6,9 @@ from pathlib import Path
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.doctor import chain, machine, map_file, mounting, nav_line, navigation, plugins, running, sonar_port, unusual
+from ods.doctor import chain, machine, map_file, mounting, navigation, plugins, running, unusual
 from ods.doctor.finding import Finding
+from ods.doctor.lines import nav_line, sonar_port
 from ods.runtime.run_dir import is_locked
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import zmq
 
 from ods.base import clock
-from ods.base.overload import OverloadMonitor
+from ods.base.computer.overload import OverloadMonitor
 from ods.doctor.finding import Finding
 from ods.messages import Health
 from ods.runtime import bus

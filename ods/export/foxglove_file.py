@@ -14,9 +14,9 @@ from foxglove import messages as fg
 from mcap.writer import Writer
 
 from ods.base.clock import NS
+from ods.base.frames.mounting import Mounting
+from ods.base.frames.quaternion import Quaternion, Vector3
 from ods.base.geodesy import LocalFrame
-from ods.base.mounting import Mounting
-from ods.base.quaternion import Quaternion, Vector3
 from ods.export.fan_raster import FanRaster
 from ods.export.sink import UnfitMessageError
 from ods.messages import Detection, Detections, Health, Obstacle, ObstacleList, Ping, Pose

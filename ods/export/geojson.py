@@ -13,8 +13,8 @@ from typing import Any
 
 import msgspec
 
+from ods.base.frames.quaternion import Vector3
 from ods.base.geodesy import LocalFrame
-from ods.base.quaternion import Vector3
 from ods.map.export import DEGREE_DIGITS, METRE_DIGITS, utc_text
 from ods.messages import Obstacle, ObstacleList, Pose
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import msgspec
 
 from ods.base.errors import OdsError, one_line
+from ods.base.frames.mounting import Mounting, MountingSettings
 from ods.base.geodesy import LocalFrame, SiteSettings
-from ods.base.mounting import Mounting, MountingSettings
 from ods.base.settings import Settings, complaint_of
 from ods.base.settings_file import load, parsed_toml
 

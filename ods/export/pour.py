@@ -11,8 +11,8 @@ import numpy as np
 
 from ods.base import clock
 from ods.base.clock import NS
+from ods.base.command_line.terminal import StatusLine
 from ods.base.errors import OdsError, reason_of
-from ods.base.terminal import StatusLine
 from ods.export.sink import Sink, UnfitMessageError
 from ods.messages import Detections, Health, ObstacleList, Ping, Pose
 from ods.recording.mcap.reader import Recorded

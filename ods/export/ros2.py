@@ -12,7 +12,7 @@ import msgspec
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
-from ods.base.mounting import Mounting
+from ods.base.frames.mounting import Mounting
 from ods.export.sink import UnfitMessageError
 from ods.messages import Health, ObstacleList, Ping, Pose
 from ods.ros2 import definitions as texts, enu

@@ -6,11 +6,11 @@ for CUT_S, by the kernel's TCP_USER_TIMEOUT and by ZeroMQ's heartbeats.
 
 import zmq
 
-from ods.base.backoff import Backoff
 from ods.runtime import bus
 from ods.runtime.keys.curve import serve_by_keys
 from ods.runtime.keys.key_files import KeyPair
 from ods.runtime.listen import ListenSettings
+from ods.runtime.port.backoff import Backoff
 
 CUT_S = 5.0
 HEARTBEAT_S = 1.0

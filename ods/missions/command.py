@@ -3,10 +3,10 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from ods.base.arguments import positive_int
+from ods.base.command_line.arguments import positive_int
 from ods.base.errors import OdsError
-from ods.base.in_file import refuse_missing
-from ods.base.out_file import refuse_unwritable
+from ods.base.files.in_file import refuse_missing
+from ods.base.files.out_file import refuse_unwritable
 from ods.plots.style import add_style
 
 

@@ -9,7 +9,7 @@ from typing import BinaryIO
 import msgspec
 
 from ods.base.errors import OdsError, reason_of
-from ods.base.in_file import MOST_BYTES, content_of
+from ods.base.files.in_file import MOST_BYTES, content_of
 from ods.missions.outcome import Outcome
 
 NAME = "missions.jsonl"

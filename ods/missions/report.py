@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 from rich.table import Table
 
-from ods.base.out_file import written_whole
+from ods.base.files.out_file import written_whole
 from ods.missions.outcome import Outcome
 from ods.missions.settings import Campaign
 from ods.missions.statistics import Paired, Rate, Summary, paired, summary_of

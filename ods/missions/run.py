@@ -15,11 +15,11 @@ from ods.base.settings_file import load_variants
 from ods.missions import report
 from ods.missions.detections.fit import fit_to_file
 from ods.missions.failing import table
-from ods.missions.fly import depends_on, fly, tasks_of
 from ods.missions.journal import Journal, file_name
 from ods.missions.outcome import Flown, Outcome
+from ods.missions.parallel.fly import depends_on, fly, tasks_of
+from ods.missions.parallel.workers import Task, flown_of
 from ods.missions.settings import Campaign
-from ods.missions.workers import Task, flown_of
 
 
 def run(args: Namespace) -> None:
@@ -92,7 +92,7 @@ def _flown(tasks: Sequence[Task], args: Namespace) -> Iterator[Flown]:
     if args.cluster is None:
         return flown_of(tasks, fly, args.workers)
     try:
-        from ods.missions.cluster import flown_on_cluster  # of an extra
+        from ods.missions.parallel.cluster import flown_on_cluster  # of an extra
     except ModuleNotFoundError as error:
         raise OdsError(f"--cluster: needs {error.name}: pip install 'ods[cluster]'") from error
     return flown_on_cluster(tasks, fly, args.cluster, args.tls)

@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from ods.base.clock import NS
-from ods.base.quaternion import conjugate, rotated
+from ods.base.frames.quaternion import conjugate, rotated
 from ods.messages import Clearance, Obstacle, ObstacleList, Ping, Pose, PoseAt
 from ods.missions.detections.draw import Drawing, Placed
 from ods.missions.detections.laws import Laws

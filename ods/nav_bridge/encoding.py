@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ods.base.in_file import content_of
+from ods.base.files.in_file import content_of
 
 
 def read_text(file: Path, encoding: str) -> str:

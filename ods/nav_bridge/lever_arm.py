@@ -3,8 +3,8 @@
 import msgspec
 
 from ods.base.clock import NS
-from ods.base.mounting import spread_at
-from ods.base.quaternion import Quaternion, Vector3, conjugate, product, rotated
+from ods.base.frames.mounting import spread_at
+from ods.base.frames.quaternion import Quaternion, Vector3, conjugate, product, rotated
 from ods.messages import Pose
 
 LONGEST_NS = NS // 2

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
+from ods.base.frames.quaternion import conjugate, from_euler, product, rotated
 from ods.base.geodesy import LocalFrame
-from ods.base.quaternion import conjugate, from_euler, product, rotated
 from ods.messages import Pose, Quaternion, Vector3
 from ods.nav_bridge.altitude import AltitudeSense, ToldAltitude
+from ods.nav_bridge.clocks.utc import Utc
 from ods.nav_bridge.settings import LimitSettings, SigmaSettings
-from ods.nav_bridge.utc import Utc
 
 PLACES = ("north", "east", "down"), ("latitude", "longitude", "altitude")
 """From the site's origin; or on WGS 84, and above the site's datum."""

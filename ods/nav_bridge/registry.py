@@ -8,13 +8,13 @@ from ods.base.geodesy import LocalFrame
 from ods.nav_bridge.can.link import CanLink
 from ods.nav_bridge.can.source import CanSource
 from ods.nav_bridge.canopen.source import CanopenSource
+from ods.nav_bridge.clocks.utc import Utc, WallClock
 from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.link import Descriptor, Link
 from ods.nav_bridge.nmea.link import NmeaLink
 from ods.nav_bridge.nmea.source import NmeaSource
 from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.source import PoseSource, Send, SourceHost
-from ods.nav_bridge.utc import Utc, WallClock
 
 
 def make_source(nav: NavSettings, frame: LocalFrame, send: Send, counters: Counter[str]) -> PoseSource[Any]:

@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 import msgspec
 
 from ods.base.choices import none_of
+from ods.base.frames.mounting import Lever
 from ods.base.geodesy import SiteSettings
-from ods.base.mounting import Lever
 from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Seconds, Settings, slider, unit
 from ods.runtime.port.address import tcp_address, udp_address
 

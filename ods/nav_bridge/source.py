@@ -8,9 +8,9 @@ from typing import ClassVar, Generic, NamedTuple, Protocol, TypeVar
 from ods.base.clock import NS
 from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
+from ods.nav_bridge.clocks.utc import Utc
 from ods.nav_bridge.lever_arm import LeverArm
 from ods.nav_bridge.settings import NavSettings
-from ods.nav_bridge.utc import Utc
 
 HELD_BACK = "the line or an adapter holds it back; if that clock stood still, start nav again"
 NOTHING_COMES = "nothing comes on the line any more"

@@ -5,20 +5,20 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
+from ods.base.frames.mounting import MountingSettings
 from ods.base.geodesy import SiteSettings
-from ods.base.mounting import MountingSettings
 from ods.base.settings import Settings
 from ods.config import part_of
 from ods.messages import Detections, ObstacleList, Ping, Pose
-from ods.pipeline.plan import PingError
+from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.processor import PingProcessor
 from ods.pipeline.settings import PipelineConfig, PipelineSettings
-from ods.runtime.pose_buffer import PoseSettings
+from ods.pose.buffer import PoseSettings
+from ods.pose.utc import VehicleUtc
 from ods.sonar_link.ping_builder import listening_ns
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig, TrackerSettings
-from ods.tracker.utc import VehicleUtc
 
 
 class MissionSettings(Settings, frozen=True):

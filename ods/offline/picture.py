@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse
 
-from ods.base import geometry
 from ods.base.arrays import Floats
-from ods.base.mounting import AT_ORIGIN, Mounting
+from ods.base.frames import geometry
+from ods.base.frames.mounting import AT_ORIGIN, Mounting
 from ods.messages import Detections, Obstacle, ObstacleList, Ping, Quaternion, Sector, TruthObject, Vector3
 from ods.offline.run_record import RunRecord
 from ods.plots.fan import PIXELS, draw_detections, draw_fan, polar_image

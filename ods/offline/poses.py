@@ -9,8 +9,8 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.base.errors import OdsError
+from ods.base.frames.quaternion import conjugate, from_euler, product, rotated
 from ods.base.geodesy import LocalFrame
-from ods.base.quaternion import conjugate, from_euler, product, rotated
 from ods.messages import Pose, Quaternion
 from ods.sonar_link.files.ping_sequence import PingSequence
 from ods.sonar_link.files.s7k.recorded_poses import read_poses

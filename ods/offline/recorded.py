@@ -6,9 +6,9 @@ from typing import TypeVar
 
 import msgspec
 
-from ods.base.by_place import ByPlace, UnreadableItemError, place_after
 from ods.base.errors import one_line
-from ods.base.in_file import opened
+from ods.base.files.by_place import ByPlace, UnreadableItemError, place_after
+from ods.base.files.in_file import opened
 from ods.messages import Ping, Pose, Truth
 from ods.recording.errors import RecordingError
 from ods.recording.mcap.framing import MAGIC

@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.out_file import opened_to_seek
+from ods.base.files.out_file import opened_to_seek
 from ods.messages import ObstacleList
 from ods.offline.mission import Step
 from ods.tracker.output.obstacle_list import NAMES

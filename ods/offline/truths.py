@@ -5,7 +5,7 @@ from pathlib import Path
 import msgspec
 
 from ods.base.errors import OdsError
-from ods.base.in_file import MOST_BYTES, content_of
+from ods.base.files.in_file import MOST_BYTES, content_of
 from ods.messages import Truth
 
 TRUTH_SUFFIX = ".truth.jsonl"

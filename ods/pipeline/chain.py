@@ -9,25 +9,25 @@ import numpy as np
 from ods.base.arrays import SAMPLE_DTYPES, AnyArray, Mask
 from ods.messages import MOST_HEARING_DB, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
-from ods.pipeline.deaf_beams import BeamJudge, without
 from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.no_data import NoDataError, samples_without_data, shows_something
 from ods.pipeline.image.recorded import RegionNumbers, unpaint
 from ods.pipeline.image_layout import EVERY_PHASE
+from ods.pipeline.interference.deaf_beams import BeamJudge, without
+from ods.pipeline.interference.pulses import PulseFinder
+from ods.pipeline.interference.second_way import SecondWays
 from ods.pipeline.measure.echoes import ROW, EchoTable, joined
-from ods.pipeline.plan import PingError, Plan, are_alike, geometry_key, make_plan, sample_scale_of
-from ods.pipeline.prepared_chain import Frame, PreparedChain
-from ods.pipeline.pulses import PulseFinder
+from ods.pipeline.prepared.plan import PingError, Plan, are_alike, geometry_key, make_plan, sample_scale_of
+from ods.pipeline.prepared.prepared_chain import Frame, PreparedChain
+from ods.pipeline.prepared.speckle import LEARNT_CELLS, Alive
 from ods.pipeline.range_image.detector import detect_ranges
-from ods.pipeline.second_way import SecondWays
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.sight import Sight, Unseen, nothing_sent, with_parts
-from ods.pipeline.speckle import LEARNT_CELLS, Alive
 from ods.pipeline.stage.configured import ConfiguredStage, configured_stages
 from ods.pipeline.stage.params import STAGES
 from ods.pipeline.stage.step import PingContext
 from ods.pipeline.stage.watch import Watch
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 
 LASTING_PINGS = 10
 """After a geometry that lasted for fewer pings the next one is not taken to last, either:"""

@@ -8,17 +8,17 @@ from collections import Counter
 import msgspec
 import numpy as np
 
-from ods.base.mounting import Mounting
+from ods.base.frames.mounting import Mounting
 from ods.messages import Detections, Ping, Pose
 from ods.pipeline.chain import Chain
-from ods.pipeline.plan import PingError
-from ods.pipeline.repeated_image import RepeatedImage
+from ods.pipeline.interference.repeated_image import RepeatedImage
+from ods.pipeline.prepared.plan import PingError
+from ods.pipeline.prepared.speckle import Alive
 from ods.pipeline.settings import PipelineConfig
-from ods.pipeline.speckle import Alive
 from ods.pipeline.steadiness import Steadiness
 from ods.pipeline.swept import SweptSonar
-from ods.runtime.head_pose import head_of
-from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
+from ods.pose.buffer import PoseBuffer, PoseEstimate
+from ods.pose.head import head_of
 
 SOUND_SPEEDS = (1350.0, 1650.0)
 """m/s: pure water at 0 deg C has 1403, the Red Sea at the bottom 1560, brines a little more."""

@@ -5,7 +5,7 @@ from typing import Any
 from ods.base import clock
 from ods.base.plugins import PluginError
 from ods.messages import Ping
-from ods.pipeline.plan import PingError
+from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.processor import PingProcessor
 from ods.pipeline.settings import PipelineConfig
 from ods.pipeline.stage.params import StageError

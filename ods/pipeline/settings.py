@@ -7,12 +7,12 @@ import msgspec
 from msgspec.structs import replace
 
 from ods.base.choices import none_of
-from ods.base.mounting import MountingSettings
+from ods.base.frames.mounting import MountingSettings
 from ods.base.settings import NonNegative, Settings, slider
 from ods.pipeline.range_image.settings import RangeImageSettings
 from ods.pipeline.smallest_object import columns_of, leaves_numbers, with_numbers
 from ods.pipeline.stage.params import BUILT_IN, STAGES, StageError, read_params, stage_label
-from ods.runtime.pose_buffer import PoseSettings
+from ods.pose.buffer import PoseSettings
 
 StageTable = dict[str, Any]
 

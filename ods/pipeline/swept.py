@@ -17,10 +17,10 @@ import numpy as np
 
 from ods.base.arrays import AnyArray, Floats
 from ods.base.clock import NS
-from ods.base.geometry import rotation_matrix, wrap_angle
+from ods.base.frames.geometry import rotation_matrix, wrap_angle
 from ods.messages import Detection, Detections, Ping, Sector, Sweep, UnseenPart, frame_of
-from ods.pipeline.plan import PingError
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pipeline.prepared.plan import PingError
+from ods.pose.buffer import PoseEstimate
 
 WINDOW_RAD = math.radians(60.0)
 GUARD_RAD = math.radians(10.0)

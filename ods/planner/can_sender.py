@@ -8,10 +8,10 @@ from typing import Any
 import can
 
 from ods.base import clock
-from ods.base.backoff import Backoff
 from ods.base.errors import reason_of
 from ods.planner.set_point_pdo import pdo_of
 from ods.planner.settings import PlannerCanSettings
+from ods.runtime.port.backoff import Backoff
 
 log = logging.getLogger(__name__)
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.base.geometry import wrap_angle
+from ods.base.frames.geometry import wrap_angle
 from ods.planner.settings import SteeringSettings
 
 FINE_S, FINE_UNTIL_S, COARSE_S = 0.5, 8.0, 2.0

@@ -13,7 +13,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.geometry import wrap_angle
+from ods.base.frames.geometry import wrap_angle
 from ods.messages import Clearance, ObstacleList, Vector3
 from ods.planner.conflict import conflict
 from ods.planner.paths import Motion, Paths, paths_of

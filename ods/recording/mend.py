@@ -9,7 +9,7 @@ from pathlib import Path
 from mcap.opcode import Opcode
 
 from ods.base.errors import one_line
-from ods.base.in_file import opened
+from ods.base.files.in_file import opened
 from ods.recording.errors import RecordingError
 from ods.recording.mcap.framing import MAGIC, MB, RECORD
 from ods.recording.mcap.reader import SUFFIX, Recording, open_recording

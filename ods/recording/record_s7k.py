@@ -10,8 +10,8 @@ from pathlib import Path
 import zmq
 
 from ods.base import clock
+from ods.base.command_line.terminal import StatusLine
 from ods.base.geodesy import LocalFrame
-from ods.base.terminal import StatusLine
 from ods.recording.errors import RecordingError
 from ods.recording.s7k import RECORDED_DEVICES, Recorder
 from ods.runtime import bus

@@ -6,11 +6,11 @@ import msgspec
 import numpy as np
 
 from ods.base.clock import NS
+from ods.base.frames.geometry import body_to_polar, euler_from_quat, global_to_body
+from ods.base.frames.quaternion import conjugate, product
 from ods.base.geodesy import LocalFrame
-from ods.base.geometry import body_to_polar, euler_from_quat, global_to_body
-from ods.base.quaternion import conjugate, product
 from ods.messages import Obstacle, ObstacleList, Ping, Pose
-from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
+from ods.pose.buffer import PoseBuffer, PoseEstimate
 from ods.sonar_link.files.s7k.contact import Change, Contact, encode_contact
 from ods.sonar_link.files.s7k.pose import POSE_SENSORS, GeodeticPose, encode_pose
 from ods.sonar_link.files.s7k.writer import SONAR_DEVICE, S7kWriter

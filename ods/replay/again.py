@@ -9,10 +9,11 @@ import msgspec
 from ods.base.clock import NS
 from ods.config import OnboardConfig, part_of
 from ods.messages import Detections, ObstacleList, Ping, VetoOrder
-from ods.pipeline.plan import PingError
+from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.processor import PingProcessor
 from ods.pipeline.settings import PipelineConfig
 from ods.pipeline.stage.params import StageError
+from ods.pose.utc import VehicleUtc
 from ods.recording.mcap.reader import Recorded, Recording
 from ods.replay.setup import Life, pipeline_starts, recorded_map, tracker_lives
 from ods.replay.streams import DetectionsStream, HealthStream, OrderStream, PoseStream, message_of
@@ -23,7 +24,6 @@ from ods.tracker.map.keeper import of_earlier_mission
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig
-from ods.tracker.utc import VehicleUtc
 from ods.tracker.veto.vetoes import RefusedError
 
 PATIENCE_NS = 2 * NS

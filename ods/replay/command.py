@@ -4,7 +4,7 @@ import math
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from ods.base.arguments import number
+from ods.base.command_line.arguments import number
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.config import OnboardConfig

@@ -11,8 +11,8 @@ import msgspec
 import zmq
 
 from ods.base import clock
+from ods.base.command_line.terminal import StatusLine
 from ods.base.errors import OdsError
-from ods.base.terminal import StatusLine
 from ods.recording.mcap.reader import Recorded
 from ods.replay.player import Player
 from ods.replay.timeline import Timeline

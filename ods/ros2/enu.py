@@ -7,7 +7,7 @@ z ahead.
 
 import math
 
-from ods.base.quaternion import Quaternion, Vector3, product
+from ods.base.frames.quaternion import Quaternion, Vector3, product
 
 _HALF = math.sqrt(0.5)
 NED_TO_ENU: Quaternion = (0.0, _HALF, _HALF, 0.0)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ods.base.quaternion import Quaternion
+from ods.base.frames.quaternion import Quaternion
 from ods.messages import Obstacle, ObstacleList
 from ods.ros2 import enu
 from ods.ros2.messages import Messages

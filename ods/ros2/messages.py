@@ -10,8 +10,8 @@ import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from ods.base.clock import NS
-from ods.base.mounting import Mounting
-from ods.base.quaternion import Quaternion, Vector3
+from ods.base.frames.mounting import Mounting
+from ods.base.frames.quaternion import Quaternion, Vector3
 from ods.messages import Obstacle, ObstacleList, Ping, Pose, frame_of, seen_from_above
 from ods.ros2 import definitions as texts, enu
 

@@ -21,15 +21,16 @@ import psutil
 import zmq
 
 from ods.base import clock
+from ods.base.computer.memory import TOO_LITTLE, is_too_little
+from ods.base.computer.overload import OverloadMonitor
 from ods.base.errors import OdsError, why_no_kernels
-from ods.base.memory import TOO_LITTLE, is_too_little
-from ods.base.overload import OverloadMonitor
 from ods.base.settings import Settings
 from ods.messages import Health
-from ods.runtime import bus, counters, ending, last_words
+from ods.runtime import bus, counters, ending
 from ods.runtime.ending import Stop
 from ods.runtime.processes import SUPERVISOR, Process
 from ods.runtime.run_dir import default_run_dir
+from ods.runtime.state_files import last_words
 
 log = logging.getLogger(__name__)
 

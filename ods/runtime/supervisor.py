@@ -20,13 +20,13 @@ from typing import Any
 import zmq
 
 from ods.base import clock
-from ods.base.backoff import Backoff
+from ods.base.computer.overload import STARVED, ProcessorTime, is_starved, processor_time
 from ods.base.errors import reason_of
-from ods.base.overload import STARVED, ProcessorTime, is_starved, processor_time
 from ods.base.settings import NonNegative, Positive, Settings
 from ods.messages import Health
 from ods.runtime import bus
 from ods.runtime.ending import SUPERVISOR_PID, end_with_supervisor
+from ods.runtime.port.backoff import Backoff
 from ods.runtime.processes import SUPERVISOR, Process
 from ods.runtime.run_dir import FOR_OWNER, identity, prepare, sockets_made
 from ods.runtime.service import notify

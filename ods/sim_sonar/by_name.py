@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from ods.base import shipped
 from ods.base.choices import none_of
 from ods.base.errors import OdsError
-from ods.base.shipped import shipped_file
+from ods.base.files import shipped
+from ods.base.files.shipped import shipped_file
 from ods.sim_sonar.scene.timeline import Scene, load_scene
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar
 

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.base.frames import geometry
 from ods.sim_sonar.echo.bodies import Bodies, to_sonar_frame
 from ods.sim_sonar.echo.detail import detail_of
 from ods.sim_sonar.echo.object_echo import Occluders, add_object

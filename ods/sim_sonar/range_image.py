@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Floats32
-from ods.base.geometry import polar_to_body, rotation_matrix
+from ods.base.frames.geometry import polar_to_body, rotation_matrix
 from ods.compiled import native
 from ods.sim_sonar.echo.bodies import BODY, PLANE, UNBOUNDED, Bodies
 from ods.sim_sonar.scene.timeline import Scene

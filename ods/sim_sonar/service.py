@@ -10,12 +10,12 @@ import can
 
 from ods.base import clock
 from ods.base.errors import OdsError
+from ods.base.frames.mounting import lever_arm_in, mounting_in
 from ods.base.geodesy import LocalFrame, SiteSettings
-from ods.base.mounting import lever_arm_in, mounting_in
 from ods.base.settings_file import load, load_table
 from ods.runtime.service import Service, Worker
+from ods.sim_sonar.device.lines.serial_line import SerialLine
 from ods.sim_sonar.device.live import Device, LiveIns, LiveSonar, Mission
-from ods.sim_sonar.device.serial_line import SerialLine
 from ods.sim_sonar.device.sonar_line import open_sonar
 from ods.sim_sonar.device.vehicle import LiveVehicle, VehicleNode, steered_of
 from ods.sim_sonar.image import ImageSimulator

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.base.quaternion import Quaternion, Vector3, from_euler
+from ods.base.frames.quaternion import Quaternion, Vector3, from_euler
 from ods.sim_sonar.pose import Times
 from ods.sim_sonar.settings import VehicleSettings
 

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base import geometry
 from ods.base.arrays import Floats, Mask
+from ods.base.frames import geometry
 from ods.messages import TruthObject, Vector3
 from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.receiver.signal_chain import Levels

@@ -11,11 +11,11 @@ from rich.progress import track
 
 from ods.base import clock
 from ods.base.errors import OdsError
-from ods.base.out_file import refuse_unwritable, written_whole
+from ods.base.files.out_file import refuse_unwritable, written_whole
 from ods.offline.truths import TRUTH_SUFFIX
 from ods.plots.style import DARK, drawn_in, refuse_undrawable
 from ods.sim_sonar.by_name import find_sonar
-from ods.sim_sonar.device.seabat import refuse_beyond_s7k
+from ods.sim_sonar.device.sonars.seabat import refuse_beyond_s7k
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.shots import Shot, shots_of

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import msgspec
 
-from ods.base.mounting import MountingSettings
+from ods.base.frames.mounting import MountingSettings
 from ods.base.settings import NonNegativeSeconds, Seconds, Settings, slider
 from ods.messages import SonarLevel, SonarRange
 from ods.runtime.port.address import transport_of

@@ -3,8 +3,8 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from ods.base.arguments import choice
-from ods.base.in_file import refuse_missing
+from ods.base.command_line.arguments import choice
+from ods.base.files.in_file import refuse_missing
 from ods.plots.style import add_style
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from ods.base.clock import MS
-from ods.base.mounting import Mounting
+from ods.base.frames.mounting import Mounting
 from ods.offline.picture import View, draw_view
 
 MOST_FRAMES = 120

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from ods.base.errors import OdsError, reason_of
-from ods.base.mounting import Mounting
-from ods.base.out_file import refuse_unwritable
+from ods.base.files.out_file import refuse_unwritable
+from ods.base.frames.mounting import Mounting
 from ods.export.geojson import Tracks
 from ods.offline.mission import Step
 from ods.offline.picture import View, draw_view

@@ -8,11 +8,11 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.progress import track as progress
 
-from ods.base.arguments import Choice
+from ods.base.command_line.arguments import Choice
 from ods.base.errors import OdsError
+from ods.base.files.out_file import refuse_unwritable
+from ods.base.frames.mounting import AT_ORIGIN, Mounting, mounting_in
 from ods.base.geodesy import LocalFrame
-from ods.base.mounting import AT_ORIGIN, Mounting, mounting_in
-from ods.base.out_file import refuse_unwritable
 from ods.base.settings_file import load, load_table
 from ods.config import OnboardConfig, part_of
 from ods.export.place import place_of

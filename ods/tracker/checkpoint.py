@@ -10,8 +10,8 @@ import msgspec
 import ods
 from ods.base.clock import NS
 from ods.base.settings import Settings
-from ods.runtime.kept_file import KeptFile, KeptFileError
-from ods.runtime.kept_writer import KeptWriter
+from ods.runtime.state_files.kept_file import KeptFile, KeptFileError
+from ods.runtime.state_files.kept_writer import KeptWriter
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.state import Announced, MapChanges, TrackerState
 from ods.tracker.veto.vetoes import VetoState

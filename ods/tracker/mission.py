@@ -10,10 +10,11 @@ from typing import NamedTuple
 import msgspec
 
 from ods.base import clock
-from ods.base.mounting import Mounting
+from ods.base.frames.mounting import Mounting
 from ods.messages import Detections, Health, Obstacle, ObstacleList, Pose, Site, Veto, VetoRequest
-from ods.runtime.head_pose import head_of
-from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
+from ods.pose.buffer import PoseBuffer, PoseEstimate
+from ods.pose.head import head_of
+from ods.pose.utc import VehicleUtc
 from ods.tracker.checkpoint import Mission
 from ods.tracker.common_error.monitor import CommonErrors
 from ods.tracker.common_error.sightings import Motion
@@ -34,7 +35,6 @@ from ods.tracker.output.surface import View
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
-from ods.tracker.utc import VehicleUtc
 from ods.tracker.veto.vetoes import RefusedError, Vetoes
 
 FUTURE_NS = clock.NS

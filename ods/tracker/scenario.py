@@ -14,10 +14,10 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.base.errors import OdsError
-from ods.base.geometry import quat_from_euler
-from ods.base.mounting import AT_ORIGIN, Mounting, spread_at
-from ods.base.npz_file import load_npz
-from ods.base.out_file import opened_to_seek
+from ods.base.files.npz_file import load_npz
+from ods.base.files.out_file import opened_to_seek
+from ods.base.frames.geometry import quat_from_euler
+from ods.base.frames.mounting import AT_ORIGIN, Mounting, spread_at
 from ods.base.settings import Fraction, NonNegative, Positive
 from ods.messages import Sector
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at

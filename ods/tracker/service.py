@@ -9,9 +9,10 @@ from typing import Any
 from ods.base import clock
 from ods.base.errors import reason_of
 from ods.messages import Detections, ObstacleList, VetoAnswer, VetoOrder
-from ods.runtime import last_words
+from ods.pose.utc import VehicleUtc
 from ods.runtime.backlog import Backlog
 from ods.runtime.service import Service, Worker
+from ods.runtime.state_files import last_words
 from ods.tracker.checkpoint import Checkpoints
 from ods.tracker.clearance.clearance import ClearanceKeeper
 from ods.tracker.ids import first_of, provisional_first_id, reserved_id
@@ -19,7 +20,6 @@ from ods.tracker.map.keeper import MapKeeper
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig, TrackerProcessConfig
-from ods.tracker.utc import VehicleUtc
 from ods.tracker.veto.operators import Asked, Operators, in_words
 from ods.tracker.veto.vetoes import RefusedError
 from ods.tracker.warm_up import warm_up

@@ -6,21 +6,24 @@ from typing import Annotated, Literal
 import msgspec
 
 from ods.base.choices import none_of
+from ods.base.frames.mounting import MountingSettings
 from ods.base.geodesy import SiteSettings
-from ods.base.mounting import MountingSettings
 from ods.base.plugins import PluginGroup
 from ods.base.settings import NonNegative, NonNegativeInt, NonNegativeSeconds, Positive, PositiveInt, Settings, slider
+from ods.pose.buffer import PoseSettings
 from ods.runtime.bus import BusSettings
-from ods.runtime.pose_buffer import PoseSettings
 
 REST = 0.5
 """An object out of view goes into the map if it is at least this probably static, so not more likely to move."""
 STATIC = 0.95
 """A live object is stored in the map at the end of a mission if it is static with at least this probability."""
 
-OWN_OBSERVERS = frozenset({"independent", "coupled", "manoeuvring"})
-OWN_ASSOCIATIONS = frozenset({"nearest", "probabilistic"})
-"""Known without loading the registries, which may contain more."""
+OWN_OBSERVERS = ("independent", "coupled", "manoeuvring")
+OWN_ASSOCIATIONS = ("nearest", "probabilistic")
+"""Those that come with ODS."""
+OBSERVER_NAMES = dict.fromkeys(OWN_OBSERVERS)
+ASSOCIATION_NAMES = dict.fromkeys(OWN_ASSOCIATIONS)
+"""All that are known: the registries add the names of plug-ins."""
 PLUGINS = PluginGroup("tracker.plugins", "ods.tracker")
 """Where the user's own observers and associations are named."""
 
@@ -191,16 +194,12 @@ class TrackerSettings(Settings, frozen=True):
     """A tracker that was killed continues with its objects if it runs again within this time, s; 0: never."""
 
     def __post_init__(self) -> None:
-        if self.observer not in OWN_OBSERVERS and not PLUGINS.may_add(self.plugins):
-            from ods.tracker.observer.registry import OBSERVERS  # slow, and of use only where somebody has added one
-
-            if self.observer not in OBSERVERS:
-                raise ValueError(f"observer: {none_of(self.observer, OBSERVERS)}")
-        if self.association not in OWN_ASSOCIATIONS and not PLUGINS.may_add(self.plugins):
-            from ods.tracker.association.registry import ASSOCIATIONS
-
-            if self.association not in ASSOCIATIONS:
-                raise ValueError(f"association: {none_of(self.association, ASSOCIATIONS)}")
+        for key, name, known in (
+            ("observer", self.observer, OBSERVER_NAMES),
+            ("association", self.association, ASSOCIATION_NAMES),
+        ):
+            if name not in known and not PLUGINS.may_add(self.plugins):
+                raise ValueError(f"{key}: {none_of(name, known)}")
         if self.life.drop_existence >= self.life.confirm_existence:
             raise ValueError("life.drop_existence: must be below life.confirm_existence")
 

@@ -4,13 +4,14 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
+from ods.pose.utc import Restamp
 from ods.tracker.association.clutter import Clutter
 from ods.tracker.association.match import match_scan
 from ods.tracker.association.registry import association_of
 from ods.tracker.existence import lifecycle
 from ods.tracker.existence.evidence import ClutterStatistics
-from ods.tracker.judgement import judge
-from ods.tracker.management import Outcome, TrackManager
+from ods.tracker.life.judgement import judge
+from ods.tracker.life.management import Outcome, TrackManager
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.pose_noise import PoseNoise
 from ods.tracker.measurement.scan import Scan
@@ -21,7 +22,6 @@ from ods.tracker.settings import PLUGINS, STATIC, TrackerSettings
 from ods.tracker.state import MapChanges, TrackerState
 from ods.tracker.track.plausibility import refuse_absurd
 from ods.tracker.track.tracks import Tracks
-from ods.tracker.utc import Restamp
 
 FIRST_SCANS = 2
 """In so many images after the start all objects are new: one that is there may be missed in the very first."""

@@ -4,9 +4,9 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.geometry import quat_from_euler
+from ods.base.frames.geometry import quat_from_euler
 from ods.messages import Sector
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.planes import one_a_body

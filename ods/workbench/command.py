@@ -9,8 +9,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import cast
 
-from ods.base.arguments import port_number
-from ods.base.resident import share_one_pool
+from ods.base.command_line.arguments import port_number
+from ods.base.computer.resident import share_one_pool
 
 NO_STORAGE = Path(os.devnull) / "none"
 """Where NiceGUI would keep what pages store: nowhere."""
@@ -40,7 +40,7 @@ def run(args: Namespace) -> None:
     os.environ["NICEGUI_STORAGE_PATH"] = str(NO_STORAGE)  # read when NiceGUI is imported
     share_one_pool()
     sys.setswitchinterval(HANDOVER_S)
-    from ods.workbench.engine.config_file import load_config
+    from ods.workbench.engine.files.config_file import load_config
     from ods.workbench.session import Session
     from ods.workbench.start import first_state, folders_of
 

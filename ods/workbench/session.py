@@ -5,8 +5,8 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
-from ods.workbench.engine.config_file import ConfigFile, load_config, refuse_new_plugins
-from ods.workbench.engine.listeners import Listeners
+from ods.workbench.engine.background.listeners import Listeners
+from ods.workbench.engine.files.config_file import ConfigFile, load_config, refuse_new_plugins
 from ods.workbench.model import actions as do
 from ods.workbench.model.history import History
 from ods.workbench.model.state import State, Tuning

@@ -10,8 +10,8 @@ from ods.config import OnboardConfig
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sonar_link.files.decoder import PLUGINS
 from ods.sonar_link.files.settings import RecordingsSettings
-from ods.workbench.engine import own_process
-from ods.workbench.engine.config_file import ConfigFile
+from ods.workbench.engine.background import own_process
+from ods.workbench.engine.files.config_file import ConfigFile
 from ods.workbench.model.state import DataReference, State, Tuning
 
 

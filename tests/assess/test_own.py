@@ -77,7 +77,7 @@ def test_a_scene_is_a_scenario(folder: Path, capsys: pytest.CaptureFixture[str])
 
 def test_scenes_have_objects_that_count_however_strong(folder: Path) -> None:
     from ods.assess.detection.own import IMAGES_OF_A_SCENE, own_images
-    from ods.base.shipped import shipped_file
+    from ods.base.files.shipped import shipped_file
     from ods.sim_sonar.sonar.model import load_sonar
 
     sonar = load_sonar(shipped_file("sonars/seabat6012.toml"))

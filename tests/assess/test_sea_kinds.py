@@ -11,8 +11,8 @@ from ods.assess.sea.kind_run import told_poses
 from ods.assess.sea.kind_table import kind_table
 from ods.assess.sea.kinds import KINDS, Kind, PoseNoise, kinds_named
 from ods.assess.sea.run import scene_with_seed
-from ods.base.geometry import euler_from_quat
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
+from ods.base.frames.geometry import euler_from_quat
 from ods.cli import main
 from ods.messages import Obstacle, ObstacleList, Truth, TruthObject
 from ods.sim_sonar.by_name import find_sonar

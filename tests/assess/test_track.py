@@ -8,8 +8,9 @@ import pytest
 
 from benchmarks import covariance_forms, forms
 from ods import cli
-from ods.assess.track import paper_figures, reference, scenarios
+from ods.assess.track import reference, scenarios
 from ods.assess.track.case import FALSE, MERGED, Case, World, hidden, merged, observe, polar, save_case
+from ods.assess.track.figures import paper_figures
 from ods.assess.track.measure import nees_band
 from ods.assess.track.record import ID, SCAN, STATUS, Record
 from ods.assess.track.scores import score

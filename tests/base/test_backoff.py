@@ -2,7 +2,7 @@
 
 import pytest
 
-from ods.base.backoff import Backoff
+from ods.runtime.port.backoff import Backoff
 
 
 def test_each_failure_doubles_the_delay_up_to_the_longest() -> None:

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given, strategies as st
 
-from ods.base.by_place import ByPlace, UnreadableItemError, place_after
+from ods.base.files.by_place import ByPlace, UnreadableItemError, place_after
 
 
 class Numbers(ByPlace[int]):

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import example, given, strategies as st
 from numpy.typing import NDArray
 
+from ods.base.frames.geometry import rotation_matrix
 from ods.base.geodesy import SEMI_MAJOR_M, SEMI_MINOR_M, LocalFrame, ecef_of, geodetic_of
-from ods.base.geometry import rotation_matrix
 
 LATITUDES = st.floats(-90.0, 90.0)
 LONGITUDES = st.floats(-180.0, 180.0, exclude_max=True)

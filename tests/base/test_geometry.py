@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
-from ods.base import geometry, quaternion
+from ods.base.frames import geometry, quaternion
 
 angle = st.floats(-math.pi, math.pi)
 pitch_angle = st.floats(-math.pi / 2 + 1e-3, math.pi / 2 - 1e-3)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from ods.base.in_file import content_of, opened
+from ods.base.files.in_file import content_of, opened
 
 
 @pytest.fixture

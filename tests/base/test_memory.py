@@ -4,7 +4,7 @@ import errno
 
 import pytest
 
-from ods.base.memory import is_too_little
+from ods.base.computer.memory import is_too_little
 
 
 def caused(error: Exception, cause: Exception) -> Exception:

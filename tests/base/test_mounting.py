@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, strategies as st
 from numpy.typing import NDArray
 
-from ods.base.mounting import AT_ORIGIN, Mounting, MountingSettings, lever_arm_in, mounting_in, spread_at
-from ods.base.quaternion import Quaternion, Vector3
+from ods.base.frames.mounting import AT_ORIGIN, Mounting, MountingSettings, lever_arm_in, mounting_in, spread_at
+from ods.base.frames.quaternion import Quaternion, Vector3
 from ods.base.settings_file import ConfigError, load
 from ods.config import OnboardConfig
 

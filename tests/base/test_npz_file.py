@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from ods.base.npz_file import load_npz
+from ods.base.files.npz_file import load_npz
 
 
 def saved(path: Path, **arrays: object) -> Path:

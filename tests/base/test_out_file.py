@@ -6,7 +6,7 @@ import pytest
 
 from ods import cli
 from ods.base.errors import OdsError
-from ods.base.out_file import opened_to_seek, refuse_unwritable, written_whole
+from ods.base.files.out_file import opened_to_seek, refuse_unwritable, written_whole
 
 
 def why_refused(path: Path) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from ods.base.clock import NS
-from ods.base.overload import (
+from ods.base.computer.overload import (
     OVERLOADED,
     OverloadMonitor,
     ProcessorTime,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ods.base.terminal import StatusLine, coloured
+from ods.base.command_line.terminal import StatusLine, coloured
 
 
 def test_closed_streams_are_no_terminals(monkeypatch: pytest.MonkeyPatch) -> None:

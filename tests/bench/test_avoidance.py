@@ -9,9 +9,9 @@ import pytest
 
 from ods.base.clock import NS
 from ods.base.settings_file import ConfigError, load
-from ods.bench.avoidance import Avoidance, Mission, judge, missed
-from ods.bench.best_way import best_way, length_m
 from ods.bench.settings import AvoidLimits, BenchConfig
+from ods.bench.way.avoidance import Avoidance, Mission, judge, missed
+from ods.bench.way.best_way import best_way, length_m
 from ods.messages import VehicleSetPoint, VehicleTruth
 from ods.planner.settings import SteeringSettings
 from ods.sim_sonar.scene.settings import Cylinder, SceneFile, Sphere, VehiclePath

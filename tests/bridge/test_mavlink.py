@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from ods.base.quaternion import from_euler
+from ods.base.frames.quaternion import from_euler
 from ods.bridge.encoder import Encoded
 from ods.bridge.moment import Moment
 from ods.bridge.settings import MavlinkSettings

@@ -10,8 +10,8 @@ import pytest
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
+from ods.base.frames.mounting import MountingSettings
 from ods.base.geodesy import LocalFrame
-from ods.base.mounting import MountingSettings
 from ods.calibrate.fit import Fit, calibrate
 from ods.calibrate.model import Rig
 from ods.calibrate.pose_history import PoseHistory

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from ods.base import clock
 from ods.client import Obstacles
-from ods.commands.watch_screen import screen
+from ods.commands.watched.watch_screen import screen
 from ods.messages import Health, ObstacleList
 from ods.runtime import bus
 from ods.runtime.processes import SUPERVISOR

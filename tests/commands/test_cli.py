@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from ods.base.memory import TOO_LITTLE
+from ods.base.computer.memory import TOO_LITTLE
 from ods.cli import COMMANDS, Command, main
 from tests.locked_folder import lock
 
@@ -160,7 +160,7 @@ def test_too_few_open_files_are_one_line(command: str) -> None:
 
 
 def test_a_low_limit_that_may_be_raised_is_raised() -> None:
-    code = "import resource; from ods.base.open_files import *; allow_enough(); print(*resource.getrlimit(7))"
+    code = "import resource; from ods.base.computer.open_files import *; allow_enough(); print(*resource.getrlimit(7))"
     told = subprocess.run(
         ["sh", "-c", f"ulimit -n 512; ulimit -S -n 14; exec {shlex.quote(sys.executable)} -c '{code}'"],
         capture_output=True, text=True, check=True,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ods.base.arguments import choice
+from ods.base.command_line.arguments import choice
 from ods.cli import main
 from ods.messages import Ping
 from ods.pipeline.chain import Chain

@@ -15,12 +15,13 @@ import tomli_w
 import zmq
 from rich.console import Console
 
-from ods import cli, commands
+from ods import cli
 from ods.base import clock
 from ods.base.clock import NS
-from ods.commands import heard, watch_json
-from ods.commands.heard import Heard
-from ods.commands.watch_screen import screen
+from ods.commands import watched
+from ods.commands.watched import heard, watch_json
+from ods.commands.watched.heard import Heard
+from ods.commands.watched.watch_screen import screen
 from ods.messages import Clearance, ClosestApproach, Health, Obstacle, ObstacleList, PoseAt, UnseenPart
 from ods.runtime import bus
 from ods.runtime.processes import on_board
@@ -199,8 +200,8 @@ def test_one_look_at_nothing_is_not_valid(
 def test_one_object_needs_no_rich(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(heard, "LOOK_S", 0.1)
     monkeypatch.setitem(sys.modules, "rich.console", None)
-    monkeypatch.delitem(sys.modules, "ods.commands.watch_screen")
-    monkeypatch.delattr(commands, "watch_screen")
+    monkeypatch.delitem(sys.modules, "ods.commands.watched.watch_screen")
+    monkeypatch.delattr(watched, "watch_screen")
     assert cli.main(["watch", "--once", "--json", "--config", configuration(tmp_path)]) == 1
     assert cli.main(["watch", "--once", "--config", configuration(tmp_path)]) == 2
 

@@ -16,9 +16,10 @@ from ods.base import clock
 from ods.base.settings_file import load
 from ods.cli import main
 from ods.config import OnboardConfig
-from ods.doctor import chain, plugins, serial_device, sonar_port
-from ods.doctor.can_interface import controller
+from ods.doctor import chain, plugins
 from ods.doctor.finding import Finding
+from ods.doctor.lines import serial_device, sonar_port
+from ods.doctor.lines.can_interface import controller
 from ods.doctor.navigation import listen
 from ods.doctor.report import findings
 from ods.doctor.running import sockets

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ods.base.mounting import MountingSettings
+from ods.base.frames.mounting import MountingSettings
 from ods.doctor.mounting import examine, words_of
 
 

@@ -2,7 +2,7 @@
 
 import math
 
-from ods.base.mounting import Mounting, MountingSettings
+from ods.base.frames.mounting import Mounting, MountingSettings
 from ods.messages import ClosestApproach, Detection, Detections, Health, Obstacle, ObstacleList, Ping, Pose, Sector
 
 UTC_NS = 1_700_000_005_250_000_000

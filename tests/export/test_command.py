@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 from rosbags.highlevel import AnyReader
 
-from ods.base.in_file import MOST_TEXT_BYTES
+from ods.base.files.in_file import MOST_TEXT_BYTES
 from ods.cli import main
 from ods.export.command import FORMATS
 from ods.sonar_link.files.opening import open_pings

@@ -16,16 +16,16 @@ import pytest
 from msgspec.structs import replace
 
 from ods.base.errors import OdsError
+from ods.base.files.shipped import shipped_file
 from ods.base.settings_file import load
-from ods.base.shipped import shipped_file
-from ods.cli import main
-from ods.missions.fly import fly, tasks_of
 from ods.missions.outcome import Flown
+from ods.missions.parallel.fly import fly, tasks_of
+from ods.missions.parallel.workers import Task
 from ods.missions.settings import Campaign
-from ods.missions.workers import Task
+from tests.missions.campaigns import results
 
 pytest.importorskip("distributed")
-from ods.missions.cluster import flown_on_cluster, security_of
+from ods.missions.parallel.cluster import flown_on_cluster, security_of
 
 CAMPAIGN = """
 seed = 3
@@ -36,7 +36,6 @@ length_m = 45.0
 width_m = 40.0
 obstacles_per_hectare = 40.0
 """
-RESULTS = ("missions.jsonl", "missions.csv", "summary.json")
 DASK = [sys.executable, "-m"]
 
 
@@ -83,19 +82,6 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
         start("distributed.cli.dask_scheduler", *listen)
         workers = [start("distributed.cli.dask_worker", address, *single) for _ in range(2)]
         yield Cluster(address, tls, workers)
-
-
-@pytest.fixture
-def campaign(tmp_path: Path) -> Path:
-    file = tmp_path / "campaign.toml"
-    file.write_text(CAMPAIGN)
-    return file
-
-
-def results(campaign: Path, out: str, *more: str) -> list[bytes]:
-    folder = campaign.parent / out
-    assert main(["missions", str(campaign), "--out", str(folder), *more]) == 0
-    return [(folder / name).read_bytes() for name in RESULTS]
 
 
 @pytest.mark.slow

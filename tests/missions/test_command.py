@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.cli import main
+from tests.missions.campaigns import results
 
 CAMPAIGN = """
 seed = 3
@@ -18,20 +19,6 @@ length_m = 60.0
 width_m = 40.0
 obstacles_per_hectare = 40.0
 """
-RESULTS = ("missions.jsonl", "missions.csv", "summary.json")
-
-
-@pytest.fixture
-def campaign(tmp_path: Path) -> Path:
-    file = tmp_path / "campaign.toml"
-    file.write_text(CAMPAIGN)
-    return file
-
-
-def results(campaign: Path, out: str, *more: str) -> list[bytes]:
-    folder = campaign.parent / out
-    assert main(["missions", str(campaign), "--out", str(folder), *more]) == 0
-    return [(folder / name).read_bytes() for name in RESULTS]
 
 
 def test_results_are_told_and_kept(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,9 +17,9 @@ from ods.missions.detections.fit import fitted, round_of
 from ods.missions.detections.fitting import Heard, clutter_law, echo_law, errors_of, logit_of, matched
 from ods.missions.detections.laws import Errors, Laws, load_laws, save_laws
 from ods.missions.detections.sights import WORDS, Fan, Sights, fan_of, seen_of
-from ods.missions.fly import fly, tasks_of
+from ods.missions.parallel.fly import fly, tasks_of
+from ods.missions.parallel.workers import Task
 from ods.missions.settings import Campaign, WorldSettings
-from ods.missions.workers import Task
 from ods.sim_sonar.by_name import find_sonar
 
 WORLD = WorldSettings(

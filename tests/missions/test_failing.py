@@ -9,10 +9,10 @@ import pytest
 from msgspec.structs import replace
 
 from ods.base.clock import NS
-from ods.base.mounting import MountingSettings
-from ods.base.quaternion import from_euler
+from ods.base.files.shipped import shipped_file
+from ods.base.frames.mounting import MountingSettings
+from ods.base.frames.quaternion import from_euler
 from ods.base.settings_file import load_variants
-from ods.base.shipped import shipped_file
 from ods.cli import main
 from ods.messages import Clearance, ObstacleList, Pose, PoseAt
 from ods.missions.failing.errors import ErrorSettings

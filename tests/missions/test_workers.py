@@ -8,8 +8,8 @@ import pytest
 
 from ods.base.errors import OdsError
 from ods.missions.outcome import Flown, Outcome
+from ods.missions.parallel.workers import Task, flown_of
 from ods.missions.settings import Campaign
-from ods.missions.workers import Task, flown_of
 
 
 def outcome(number: int) -> Outcome:

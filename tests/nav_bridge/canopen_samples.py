@@ -10,9 +10,9 @@ from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import Frame
 from ods.nav_bridge.canopen.source import CanopenSource
+from ods.nav_bridge.clocks.utc import Utc, WallClock
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
 from ods.nav_bridge.source import SourceHost
-from ods.nav_bridge.utc import Utc, WallClock
 
 CONFIG = Path(__file__).parents[2] / "config"
 EDS = CONFIG / "ins.eds"

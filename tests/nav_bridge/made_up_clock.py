@@ -1,6 +1,6 @@
 """UTC for a source in a test."""
 
-from ods.nav_bridge.utc import Utc, WallClock
+from ods.nav_bridge.clocks.utc import Utc, WallClock
 
 
 def utc_ahead(ahead_ns: int) -> Utc:

@@ -11,8 +11,8 @@ import can
 import zmq
 
 from ods.base import clock
+from ods.base.frames.geometry import quat_from_euler
 from ods.base.geodesy import SiteSettings
-from ods.base.geometry import quat_from_euler
 from ods.messages import Health, Pose
 from ods.nav_bridge.service import NavWorker
 from ods.nav_bridge.settings import CanopenSettings, CanSettings, DbcSettings, NavConfig, NavSettings, NmeaSettings

@@ -8,14 +8,14 @@ import msgspec
 import pytest
 
 from ods.base.clock import NS
-from ods.base.mounting import Mounting, MountingSettings
-from ods.base.quaternion import from_euler
+from ods.base.frames.mounting import Mounting, MountingSettings
+from ods.base.frames.quaternion import from_euler
 from ods.messages import Pose
 from ods.nav_bridge.lever_arm import LeverArm
 from ods.nav_bridge.nmea.line import Line
 from ods.nav_bridge.settings import HeldSettings, NmeaSettings, ValiditySettings
-from ods.runtime.head_pose import head_of
-from ods.runtime.pose_buffer import POSITION_GROWTH, PoseBuffer
+from ods.pose.buffer import POSITION_GROWTH, PoseBuffer
+from ods.pose.head import head_of
 from tests.nav_bridge import test_held as held, test_nmea as nmea
 from tests.nav_bridge.test_pose_fields import ALL_LOCAL, Bench
 

@@ -13,13 +13,13 @@ from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from ods.base.clock import NS
-from ods.base.geometry import euler_from_quat, quat_from_euler
+from ods.base.frames.geometry import euler_from_quat, quat_from_euler
 from ods.nav_bridge.canopen.eds import EdsError
 from ods.nav_bridge.canopen.object_map import object_map
 from ods.nav_bridge.canopen.pdo_layout import ODD_BYTES, PdoLayout, load_pdo_set
+from ods.nav_bridge.clocks.utc import WallClock
 from ods.nav_bridge.settings import POSE_OBJECTS
-from ods.nav_bridge.utc import WallClock
-from ods.runtime.pose_buffer import PoseBuffer
+from ods.pose.buffer import PoseBuffer
 from tests.nav_bridge.canopen_samples import DAY_MS, EDS, IDS, MS, PERIOD, UTC_OFFSET, Bench, lost, pdos
 
 

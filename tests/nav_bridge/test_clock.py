@@ -11,7 +11,7 @@ from ods.base import clock, clock_sync
 from ods.base.clock import NS
 from ods.messages import Pose
 from ods.nav_bridge.can.stamp_clock import StampClock
-from ods.nav_bridge.utc import WallClock
+from ods.nav_bridge.clocks.utc import WallClock
 from tests.nav_bridge.canopen_samples import DAY_MS, IDS, MS, PERIOD, UTC_OFFSET, Bench, pdos
 
 NOON_MS = 43_200_000

@@ -16,8 +16,8 @@ from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from ods.base.clock import NS
+from ods.base.frames.geometry import quat_from_euler, rotation_matrix
 from ods.base.geodesy import LocalFrame
-from ods.base.geometry import quat_from_euler, rotation_matrix
 from ods.base.settings_file import ConfigError, load
 from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig

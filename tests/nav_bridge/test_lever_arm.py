@@ -7,8 +7,8 @@ import pytest
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
+from ods.base.frames.mounting import spread_at
 from ods.base.geodesy import LocalFrame
-from ods.base.mounting import spread_at
 from ods.messages import Pose
 from ods.nav_bridge.lever_arm import LeverArm
 from ods.sim_sonar.ins.place import InsPlace

@@ -15,12 +15,12 @@ from scipy.spatial.transform import Rotation
 
 from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
+from ods.nav_bridge.clocks.utc import Utc, WallClock
 from ods.nav_bridge.nmea.line import LONGEST, Line, LineSplitter
 from ods.nav_bridge.nmea.sentence import BadSentenceError, NotValidError, parse, read, utc_of
 from ods.nav_bridge.nmea.source import NmeaSource
 from ods.nav_bridge.settings import HeldSettings, NavSettings, NmeaSettings
 from ods.nav_bridge.source import SourceHost
-from ods.nav_bridge.utc import Utc, WallClock
 from tests.nav_bridge.made_up_clock import utc_ahead
 
 MS, NS = 1_000_000, 1_000_000_000

@@ -17,7 +17,8 @@ import pytest
 from ods.base import clock
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.doctor import nav_line, navigation
+from ods.doctor import navigation
+from ods.doctor.lines import nav_line
 from ods.doctor.navigation import NEVER, listen
 from ods.messages import Pose
 from ods.nav_bridge.settings import CanSettings, HeldSettings, NmeaSettings

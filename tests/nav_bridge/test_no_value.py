@@ -11,13 +11,13 @@ from ods.base.clock import MS, NS
 from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId, Frame
+from ods.nav_bridge.clocks.utc import Utc, WallClock
 from ods.nav_bridge.dbc.file import DbcError
 from ods.nav_bridge.dbc.no_value import no_value_of
 from ods.nav_bridge.dbc.signal_map import load_dbc_map
 from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.settings import DbcSettings, NavSettings
 from ods.nav_bridge.source import SourceHost
-from ods.nav_bridge.utc import Utc, WallClock
 
 HEAD = 'VERSION ""\nNS_ :\nBS_:\nBU_: INS\n'
 ONE = """BO_ {number} INS: 8 INS

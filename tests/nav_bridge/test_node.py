@@ -18,8 +18,8 @@ from ods.base.clock import NS
 from ods.nav_bridge.can.frame import Frame
 from ods.nav_bridge.canopen.eds import EdsError, read_dictionary
 from ods.nav_bridge.canopen.ins_monitor import InsMonitor
-from ods.nav_bridge.canopen.own_errors import Fault
-from ods.nav_bridge.canopen.own_node import OwnNode
+from ods.nav_bridge.canopen.node.own_errors import Fault
+from ods.nav_bridge.canopen.node.own_node import OwnNode
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
 
 CONFIG = Path(__file__).parents[2] / "config"

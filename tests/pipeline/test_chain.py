@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from ods.base.arrays import Floats, Image
 from ods.messages import Ping
-from ods.pipeline import prepared_chain
 from ods.pipeline.chain import LASTING_PINGS, Chain
-from ods.pipeline.filter_chain import FilterChain
-from ods.pipeline.plan import PingError
+from ods.pipeline.prepared import prepared_chain
+from ods.pipeline.prepared.filter_chain import FilterChain
+from ods.pipeline.prepared.plan import PingError
+from ods.pipeline.prepared.speckle import filtered_speckle
 from ods.pipeline.settings import PipelineSettings
-from ods.pipeline.speckle import filtered_speckle
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
 
 RANGE_M, BEARING = 40.0, 0.21

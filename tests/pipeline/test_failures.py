@@ -9,7 +9,7 @@ from ods.base.arrays import Floats
 from ods.messages import Detection
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.plan import PingError
+from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
 from ods.pipeline.stage.params import BUILT_IN
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle

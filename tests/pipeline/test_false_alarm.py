@@ -12,7 +12,7 @@ from scipy.special import gamma as gamma_function, gammaincc, kv
 
 from benchmarks.clutter import k_distributed, looks
 from benchmarks.false_alarm import CFAR, CHAINS, CLUTTER, FILTERS, KINDS, chain_of, rates
-from ods.pipeline.speckle import KINDS as LEARNT, Speckle, drawn
+from ods.pipeline.prepared.speckle import KINDS as LEARNT, Speckle, drawn
 
 pytestmark = pytest.mark.slow
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy import ndimage, signal
 
 from ods.base.arrays import Bytes, Image
-from ods.base.geometry import quat_from_euler
+from ods.base.frames.geometry import quat_from_euler
 from ods.messages import Pose
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan

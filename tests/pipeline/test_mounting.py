@@ -7,11 +7,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from ods.base.mounting import MountingSettings
+from ods.base.frames.mounting import MountingSettings
 from ods.messages import Detections, Ping, Pose, Sector
 from ods.pipeline import processor, service
 from ods.pipeline.settings import PipelineConfig, PipelineSettings
-from ods.runtime.pose_buffer import PoseEstimate, PoseSettings
+from ods.pose.buffer import PoseEstimate, PoseSettings
 from ods.runtime.service import Service
 from tests.sonar_link.sonar_samples import make_ping
 

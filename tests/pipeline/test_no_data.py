@@ -12,7 +12,7 @@ from ods.base.arrays import Bytes, Floats, Mask
 from ods.messages import Detection, Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.no_data import samples_without_data
-from ods.pipeline.plan import PingError
+from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.settings import AttentionSettings, PipelineSettings
 from ods.pipeline.stage.params import BUILT_IN
 from ods.sonar_link.ping_builder import runs_where

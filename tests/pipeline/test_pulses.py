@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ods.messages import Detection, Ping
+from ods.pipeline.interference.pulses import PulseFinder, Pulses
 from ods.pipeline.measure.echoes import NO_ECHOES
-from ods.pipeline.pulses import PulseFinder, Pulses
 from tests.pipeline.pings import echo_table, make_ping
 
 PERIOD_S, RANGE_M, SOUND_SPEED = 0.1493, 100.0, 1500.0

@@ -6,10 +6,10 @@ import msgspec
 import numpy as np
 import pytest
 
-from ods.base import geometry
+from ods.base.frames import geometry
 from ods.messages import Ping, Pose
-from ods.pipeline.plan import PingError
-from ods.pipeline.repeated_image import RepeatedImage
+from ods.pipeline.interference.repeated_image import RepeatedImage
+from ods.pipeline.prepared.plan import PingError
 from tests.pipeline.pings import make_ping
 
 PERIOD_S = 0.15

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ods.messages import Detection
-from ods.pipeline.second_way import SecondWays
+from ods.pipeline.interference.second_way import SecondWays
 from tests.pipeline.pings import echo_table, make_ping
 
 

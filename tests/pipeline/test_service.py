@@ -27,7 +27,7 @@ from ods.runtime import service
 from ods.pipeline.service import PipelineWorker
 from ods.pipeline.settings import PipelineConfig, PipelineSettings
 from ods.runtime.processes import PROCESSES
-from ods.runtime.pose_buffer import PoseSettings
+from ods.pose.buffer import PoseSettings
 
 settings = PipelineSettings(stage=tuple({"use": name} for name in sys.argv[2:]))
 config = PipelineConfig(pose=PoseSettings(), pipeline=settings)

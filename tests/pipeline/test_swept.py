@@ -10,13 +10,13 @@ import pytest
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.quaternion import from_euler
+from ods.base.frames.quaternion import from_euler
 from ods.messages import Detections, Ping, Pose, Sweep
 from ods.pipeline.chain import Chain
-from ods.pipeline.plan import PingError
+from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.processor import PingProcessor
 from ods.pipeline.settings import PipelineConfig, PipelineSettings
-from ods.runtime.pose_buffer import PoseSettings
+from ods.pose.buffer import PoseSettings
 
 STEP = math.radians(0.9)
 BEAM_S = 0.08

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from ods.base.clock import NS
-from ods.base.quaternion import from_euler
+from ods.base.frames.quaternion import from_euler
 from ods.messages import Clearance, Obstacle, ObstacleList, PoseAt, Prediction
 from ods.planner.planner import Planner, SetPoint
 

@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 import zmq
 
-from ods.base.geometry import quat_from_euler
+from ods.base.frames.geometry import quat_from_euler
 from ods.messages import Obstacle, ObstacleList, Ping, Pose, TrackState
 from ods.runtime import bus
 from ods.sim_sonar.by_name import find_sonar

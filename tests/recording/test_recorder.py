@@ -8,8 +8,8 @@ import msgspec
 import pytest
 
 from ods.base.clock import NS
+from ods.base.frames.geometry import quat_from_euler
 from ods.base.geodesy import LocalFrame
-from ods.base.geometry import quat_from_euler
 from ods.cli import main
 from ods.messages import ObstacleList, Ping, Pose
 from ods.recording import record_s7k

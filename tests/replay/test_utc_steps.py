@@ -9,6 +9,7 @@ import pytest
 from ods.base.clock import NS
 from ods.config import part_of
 from ods.messages import Detections, Health, ObstacleList, Pose
+from ods.pose.utc import VehicleUtc
 from ods.recording.mcap.reader import Recorded, open_recording
 from ods.recording.mcap.segment import Logged, Segment
 from ods.replay.check import check
@@ -17,7 +18,6 @@ from ods.runtime.processes import PROCESSES
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig
-from ods.tracker.utc import VehicleUtc
 from tests.replay.recordings import FOLDER
 
 FIGURE_11 = FOLDER / "figure11.mcap"

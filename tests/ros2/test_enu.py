@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from ods.base.geometry import quat_from_euler, rotation_matrix
-from ods.base.quaternion import rotated
+from ods.base.frames.geometry import quat_from_euler, rotation_matrix
+from ods.base.frames.quaternion import rotated
 from ods.ros2 import enu
 
 A = math.sqrt(0.5)

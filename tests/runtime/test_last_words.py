@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import zmq
 
-from ods.runtime import last_words
 from ods.runtime.bus import Publisher
+from ods.runtime.state_files import last_words
 from tests.locked_folder import lock
 
 CONFIG = Path(__file__).parents[2] / "config" / "onboard.toml"

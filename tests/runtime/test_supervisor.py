@@ -18,7 +18,7 @@ import pytest
 import zmq
 
 from ods.base.clock import NS
-from ods.base.overload import STARVED, ProcessorTime
+from ods.base.computer.overload import STARVED, ProcessorTime
 from ods.runtime import bus, service, supervisor as supervisor_module
 from ods.runtime.processes import PROCESSES, SUPERVISOR
 from ods.runtime.supervisor import HELD, Child, SuperviseSettings

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.base.frames import geometry
 from ods.sim_sonar.echo import bodies
 from ods.sim_sonar.echo.bodies import BODY, FAR, Body, circle_radius, contains, hit
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.base.frames import geometry
 from ods.sim_sonar.echo import bodies
 from ods.sim_sonar.echo.bodies import BODY, Bodies
 from ods.sim_sonar.echo.motion_during_reception import as_heard

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.optimize import brentq
 
-from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.base.frames import geometry
 from ods.base.settings_file import ConfigError
 from ods.messages import frame_of
 from ods.sim_sonar.image import ImageSimulator

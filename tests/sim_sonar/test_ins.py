@@ -12,7 +12,7 @@ import can
 import pytest
 from can.interfaces.slcan import slcanBus
 
-from ods.base.geometry import quat_from_euler
+from ods.base.frames.geometry import quat_from_euler
 from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from ods.sim_sonar.ins.sigmas import Sigmas
 from ods.sim_sonar.ins.slcan_hub import SlcanHub, is_frame

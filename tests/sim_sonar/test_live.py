@@ -10,10 +10,10 @@ import pytest
 from ods.base import clock
 from ods.base.arrays import Floats
 from ods.messages import Ping, frame_of
+from ods.sim_sonar.device.lines.tcp_line import FramedTcpLine
 from ods.sim_sonar.device.live import LiveSonar, Mission
 from ods.sim_sonar.device.remote_end import LEAST_RANGE_M, RemoteEnd
-from ods.sim_sonar.device.seabat import SeaBatEnd
-from ods.sim_sonar.device.tcp_line import FramedTcpLine
+from ods.sim_sonar.device.sonars.seabat import SeaBatEnd
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.settings import SimSettings

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from ods.base.settings_file import load
-from ods.sim_sonar.device.norbit import NorbitEnd
-from ods.sim_sonar.device.norbit_packets import to_samples
-from ods.sim_sonar.device.tcp_line import TcpLine
+from ods.sim_sonar.device.lines.tcp_line import TcpLine
+from ods.sim_sonar.device.sonars.norbit import NorbitEnd
+from ods.sim_sonar.device.sonars.norbit_packets import to_samples
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.sonar.model import make_sonar

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from ods.base.settings_file import load
-from ods.sim_sonar.device import oculus_messages
-from ods.sim_sonar.device.oculus import OculusEnd
-from ods.sim_sonar.device.oculus_messages import to_samples
-from ods.sim_sonar.device.tcp_line import TcpLine
+from ods.sim_sonar.device.lines.tcp_line import TcpLine
+from ods.sim_sonar.device.sonars import oculus_messages
+from ods.sim_sonar.device.sonars.oculus import OculusEnd
+from ods.sim_sonar.device.sonars.oculus_messages import to_samples
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.sonar.model import make_sonar

@@ -17,13 +17,13 @@ import pytest
 from ods.base import clock
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.doctor import sonar_port
+from ods.doctor.lines import sonar_port
 from ods.messages import Ping, frame_of
 from ods.runtime.bus import BusSettings
+from ods.sim_sonar.device.lines.serial_line import SerialLine
+from ods.sim_sonar.device.lines.udp_line import UdpLine
 from ods.sim_sonar.device.live import Device, LiveSonar, Mission
-from ods.sim_sonar.device.ping360 import Ping360End
-from ods.sim_sonar.device.serial_line import SerialLine
-from ods.sim_sonar.device.udp_line import UdpLine
+from ods.sim_sonar.device.sonars.ping360 import Ping360End
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.settings import SimSettings

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.base.frames import geometry
 from ods.sim_sonar.echo.bodies import BODY, Bodies, middles
 from ods.sim_sonar.echo.motion_during_reception import as_heard
 from ods.sim_sonar.image import ImageSimulator

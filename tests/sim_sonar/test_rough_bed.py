@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import uniform_filter
 
-from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.base.frames import geometry
 from ods.base.settings_file import ConfigError
 from ods.sim_sonar.echo.bodies import BODY, PLANE, SPHERE, UNBOUNDED, Bodies
 from ods.sim_sonar.echo.settings import Surface

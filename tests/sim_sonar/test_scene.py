@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from ods.base import geometry
+from ods.base.frames import geometry
 from ods.base.settings_file import ConfigError
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.settings import Oscillation, SceneFile, VehiclePath, Waypoint

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from ods.base.arrays import Floats32
-from ods.base.geometry import polar_to_body
+from ods.base.frames.geometry import polar_to_body
 from ods.messages import frame_of
-from ods.sim_sonar.device import sonar3d15_packets as wire
-from ods.sim_sonar.device.sonar3d15 import Sonar3d15End
-from ods.sim_sonar.device.sonar3d15_packets import ImageSays
+from ods.sim_sonar.device.sonars import sonar3d15_packets as wire
+from ods.sim_sonar.device.sonars.sonar3d15 import Sonar3d15End
+from ods.sim_sonar.device.sonars.sonar3d15_packets import ImageSays
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.range_image import RangeSonar, range_image
 from ods.sim_sonar.sonar.model import load_sonar

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.base.frames import geometry
 from ods.sim_sonar.pose import Transmission, VehiclePose
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.receiver.signal_chain import Receiver

@@ -6,7 +6,7 @@ import threading
 import numpy as np
 import pytest
 
-from ods.base.geometry import euler_from_quat
+from ods.base.frames.geometry import euler_from_quat
 from ods.sim_sonar.scene.settings import SceneFile, Sphere, VehiclePath
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.settings import VehicleSettings

@@ -17,8 +17,8 @@ from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.messages import Pose
 from ods.nav_bridge.settings import CanSettings, NavSettings
+from ods.sim_sonar.device.lines.serial_line import SerialLine
 from ods.sim_sonar.device.live import Device, LiveIns, Mission
-from ods.sim_sonar.device.serial_line import SerialLine
 from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
 from ods.sim_sonar.ins.nmea_ins import SimulatedNmeaIns

@@ -17,7 +17,7 @@ from tests.recordings import ARIS, OCULUS
 
 
 def test_every_decoder_is_registered() -> None:
-    for module in pkgutil.iter_modules(files.__path__, f"{files.__name__}."):
+    for module in pkgutil.walk_packages(files.__path__, f"{files.__name__}."):
         importlib.import_module(module.name)
     kinds = {*Decoder.__subclasses__(), *(own for kind in Decoder.__subclasses__() for own in kind.__subclasses__())}
     assert {type(decoder) for decoder in DECODERS} == {kind for kind in kinds if not inspect.isabstract(kind)}

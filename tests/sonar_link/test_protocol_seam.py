@@ -16,7 +16,7 @@ import zmq
 
 from ods.base.settings import Settings
 from ods.client import Sonar, SonarError, SonarRequest
-from ods.doctor import sonar_port
+from ods.doctor.lines import sonar_port
 from ods.messages import Health, Ping, SonarAnswer, frame_of
 from ods.runtime import bus
 from ods.sonar_link.protocol import SonarProtocol

@@ -21,9 +21,9 @@ from ods.cli import main
 from ods.client import Sonar, SonarError, SonarRequest
 from ods.messages import Health, Ping
 from ods.runtime import bus
+from ods.sim_sonar.device.lines.serial_line import SerialLine
+from ods.sim_sonar.device.lines.tcp_line import FramedTcpLine
 from ods.sim_sonar.device.remote_end import Line, RemoteEnd
-from ods.sim_sonar.device.serial_line import SerialLine
-from ods.sim_sonar.device.tcp_line import FramedTcpLine
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.sonar_link.orders import Controls
 from ods.sonar_link.s7k import records

@@ -28,7 +28,7 @@ import msgspec
 from ods.base.geodesy import SiteSettings
 from ods.runtime import service
 from ods.runtime.bus import BusSettings
-from ods.runtime.pose_buffer import PoseSettings
+from ods.pose.buffer import PoseSettings
 from ods.runtime.processes import PROCESSES
 from ods.tracker.service import TrackerWorker
 from ods.tracker.settings import TrackerProcessConfig, TrackerSettings

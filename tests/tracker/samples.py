@@ -8,7 +8,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Mask
 from ods.base.clock import NS
-from ods.base.geometry import global_to_body, quat_from_euler
+from ods.base.frames.geometry import global_to_body, quat_from_euler
 from ods.messages import Sector
 from ods.tracker.measurement.scan import Echoes, Scan, echoes_of, vehicle_at
 from ods.tracker.output.snapshot import Snapshot

@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.stats import multivariate_normal, norm
 
 from ods.base.arrays import Floats, Indices
-from ods.base.geometry import quat_from_euler
+from ods.base.frames.geometry import quat_from_euler
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import ClutterDensity
 from ods.tracker.association.gating import Detectability, Hypotheses, hypotheses, scored

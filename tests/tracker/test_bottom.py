@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.output.bottom import Bottom, bottom_below, may_be_hit, stand_of
 from ods.tracker.output.obstacle_list import ObstacleLister

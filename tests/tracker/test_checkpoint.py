@@ -12,12 +12,13 @@ import pytest
 from hypothesis import given, strategies as st
 
 from ods.base.clock import NS
+from ods.base.frames.geometry import quat_from_euler
 from ods.base.geodesy import SiteSettings
-from ods.base.geometry import quat_from_euler
 from ods.messages import Detections, ObstacleList, Pose, Sector
-from ods.runtime import kept_file
-from ods.runtime.kept_file import HEAD, KeptFile
-from ods.runtime.pose_buffer import PoseSettings
+from ods.pose.buffer import PoseSettings
+from ods.pose.utc import VehicleUtc
+from ods.runtime.state_files import kept_file
+from ods.runtime.state_files.kept_file import HEAD, KeptFile
 from ods.tracker.checkpoint import MOST_CHANGES, Checkpoint, Checkpoints, Mission
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
@@ -26,7 +27,6 @@ from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import OWN_OBSERVERS, LifeSettings, TrackerConfig, TrackerSettings
 from ods.tracker.state import MapChanges
 from ods.tracker.tracker import Tracker
-from ods.tracker.utc import VehicleUtc
 
 SECTOR = Sector(0.0, 100.0, -0.8, 0.8, 0.2)
 CONFIG = TrackerConfig(

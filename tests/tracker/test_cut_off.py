@@ -10,7 +10,7 @@ import pytest
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.geometry import quat_from_euler
+from ods.base.frames.geometry import quat_from_euler
 from ods.tracker.measurement.cut_off import nothing_twice
 from ods.tracker.measurement.field_of_view import coverage_of, field_of_view
 from ods.tracker.measurement.model import PredictedMeasurement

@@ -6,14 +6,14 @@ import msgspec
 import pytest
 
 from ods.base.clock import NS
+from ods.base.frames.mounting import MountingSettings
 from ods.base.geodesy import SiteSettings
-from ods.base.mounting import MountingSettings
 from ods.messages import Detections, ObstacleList, Pose, Sector, Site
-from ods.runtime.pose_buffer import PoseSettings
+from ods.pose.buffer import PoseSettings
+from ods.pose.utc import VehicleUtc
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig, TrackerSettings
-from ods.tracker.utc import VehicleUtc
 
 SECTOR = Sector(1.0, 80.0, -0.7, 0.7, 0.15)
 UTC_AHEAD_NS = 1_790_000_000 * NS

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ods.base.arrays import Floats
-from ods.base.geometry import euler_from_quat, quat_from_euler
+from ods.base.frames.geometry import euler_from_quat, quat_from_euler
 from ods.messages import Detection, Detections
 from ods.tracker.measurement.field_of_view import coverage_of, field_of_view, near_coverage
 from ods.tracker.measurement.from_detections import received

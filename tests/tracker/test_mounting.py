@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ods.base.clock import NS
+from ods.base.frames.mounting import Mounting, MountingSettings
 from ods.base.geodesy import SiteSettings
-from ods.base.mounting import Mounting, MountingSettings
 from ods.messages import Detection, Detections, ObstacleList, Pose
 from ods.pipeline.offline import detect_pings
 from ods.pipeline.settings import PipelineSettings
-from ods.runtime.head_pose import head_of
-from ods.runtime.pose_buffer import PoseBuffer, PoseSettings
+from ods.pose.buffer import PoseBuffer, PoseSettings
+from ods.pose.head import head_of
 from ods.runtime.processes import PROCESSES
 from ods.runtime.service import Service
 from ods.sim_sonar.echo.settings import Surface

@@ -8,7 +8,7 @@ import pytest
 
 from ods.base.clock import NS
 from ods.messages import Detection, Obstacle
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 from ods.tracker.outline.outlines import EDGE_KEPT_S, Outlines
 from ods.tracker.outline.seen import seen_from
 from ods.tracker.output.snapshot import Snapshot

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ods.base.clock import NS
-from ods.base.overload import STARVED
+from ods.base.computer.overload import STARVED
 from ods.messages import Health, Obstacle
 from ods.tracker.existence import lifecycle
 from ods.tracker.map.map_object import MapObject

@@ -7,7 +7,7 @@ import pytest
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.geometry import quat_from_euler
+from ods.base.frames.geometry import quat_from_euler
 from ods.messages import Sector
 from ods.tracker.measurement.pose_noise import PoseNoise
 from ods.tracker.measurement.scan import Scan, Vehicle, echoes_of, vehicle_at

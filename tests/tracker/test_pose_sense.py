@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from ods.base.clock import NS
-from ods.base.quaternion import from_euler
+from ods.base.frames.quaternion import from_euler
 from ods.messages import Pose, Vector3
 from ods.tracker.output.pose_sense import PoseSense
 

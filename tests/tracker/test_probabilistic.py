@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given, strategies as st
 
 from ods.base.arrays import Floats, Indices
-from ods.base.geometry import quat_from_euler
+from ods.base.frames.geometry import quat_from_euler
 from ods.tracker.association.assignment import Question
 from ods.tracker.association.gating import Hypotheses
 from ods.tracker.association.jpda import LEAST_GAIN, noise_together, probabilistic, shares

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.messages import Pose
-from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
+from ods.pose.buffer import PoseBuffer, PoseEstimate
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.field_of_view import coverage_of, field_of_view
 from ods.tracker.measurement.model import PredictedMeasurement

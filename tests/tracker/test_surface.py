@@ -7,8 +7,8 @@ import pytest
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.geometry import quat_from_euler
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.base.frames.geometry import quat_from_euler
+from ods.pose.buffer import PoseEstimate
 from ods.tracker.existence import lifecycle
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.output.hittable import HittableFilter

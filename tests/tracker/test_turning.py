@@ -8,11 +8,11 @@ import pytest
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.geometry import euler_from_quat
+from ods.base.frames.geometry import euler_from_quat
 from ods.messages import Detections, Pose
 from ods.pipeline.offline import detect_pings
 from ods.pipeline.settings import PipelineSettings
-from ods.runtime.pose_buffer import PoseBuffer
+from ods.pose.buffer import PoseBuffer
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.settings import Oscillation, SceneFile, Sphere, VehiclePath

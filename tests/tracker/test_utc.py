@@ -7,10 +7,10 @@ import pytest
 
 from ods.base.clock import NS
 from ods.messages import Pose
+from ods.pose.utc import VehicleUtc
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
-from ods.tracker.utc import VehicleUtc
 from tests.tracker.samples import RATE_HZ, scan
 
 STARTED_NS = 5_000 * NS

@@ -9,9 +9,9 @@ import pytest
 
 from ods.base.settings_file import load
 from ods.bench import runner
-from ods.bench.avoidance import Avoidance, judge
 from ods.bench.mission import steered_mission
 from ods.bench.settings import BenchConfig
+from ods.bench.way.avoidance import Avoidance, judge
 from ods.offline.run_record import RunRecord
 from ods.runtime.bus import BusSettings
 

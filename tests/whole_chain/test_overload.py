@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from ods.base.overload import OVERLOADED
+from ods.base.computer.overload import OVERLOADED
 from ods.base.settings_file import load
 from ods.bench import runner
 from ods.bench.settings import BenchConfig

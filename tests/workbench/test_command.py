@@ -12,7 +12,7 @@ from ods.config import OnboardConfig, part_of
 from ods.offline.mission import MissionSettings
 from ods.workbench import start
 from ods.workbench.command import add_arguments
-from ods.workbench.engine.config_file import ConfigFile, load_config
+from ods.workbench.engine.files.config_file import ConfigFile, load_config
 from ods.workbench.model.state import State
 from ods.workbench.start import folders_of
 

@@ -4,8 +4,8 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from ods.base.errors import OdsError
-from ods.base.in_file import refuse_missing
-from ods.base.out_file import refuse_unwritable
+from ods.base.files.in_file import refuse_missing
+from ods.base.files.out_file import refuse_unwritable
 from ods.plots.style import add_style
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ods.assess.images.labelled import LabelledImage, Target
 from ods.base.errors import OdsError
-from ods.base.in_file import text_of
+from ods.base.files.in_file import text_of
 from ods.messages import Ping
 
 

@@ -9,8 +9,8 @@ import math
 import numpy as np
 
 from ods.assess.images.labelled import LabelledImage, Target, circle_target
-from ods.base import geometry
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
+from ods.base.frames import geometry
 from ods.messages import TruthObject
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.image import ImageSimulator

@@ -11,9 +11,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import track as progress
 
-from ods.assess.scene_files import scene_files
+from ods.assess.scene_files import SEA_BEDS, scene_files
 from ods.assess.sea.bodies import SceneBodies
-from ods.assess.sea.command import FOLDER
 from ods.assess.sea.judge import SceneScore, judge
 from ods.assess.sea.kind_run import run_kinds
 from ods.assess.sea.run import detected, images_of, listed, scene_with_seed
@@ -21,8 +20,8 @@ from ods.assess.sea.table import condensed, margin_table, scene_table, target_ta
 from ods.assess.sea.trial import Draw, Trial
 from ods.base.choices import none_of
 from ods.base.errors import OdsError
+from ods.base.files.shipped import shipped_file
 from ods.base.settings_file import load_table
-from ods.base.shipped import shipped_file
 from ods.config import OnboardConfig
 from ods.pipeline.settings import PipelineSettings
 from ods.plots.style import drawn_in, refuse_undrawable
@@ -79,7 +78,7 @@ def shipped_scenes(names: Sequence[str] | None = None) -> list[Path]:
 
 def shipped_folder() -> Path:
     """Return the folder of the family of sea-beds."""
-    return shipped_file(f"{FOLDER}/gentle.toml").parent
+    return shipped_file(f"{SEA_BEDS}/gentle.toml").parent
 
 
 def scores_of(draws: Sequence[Draw], trial: Trial, jobs: int = 1) -> list[SceneScore]:

@@ -3,13 +3,13 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from ods.base.arguments import duration_s, number, positive_int
+from ods.assess.scene_files import SEA_BEDS
+from ods.base.command_line.arguments import duration_s, number, positive_int
 from ods.base.errors import OdsError
-from ods.base.in_file import refuse_missing
-from ods.base.out_file import refuse_unwritable
+from ods.base.files.in_file import refuse_missing
+from ods.base.files.out_file import refuse_unwritable
 from ods.plots.style import add_style
 
-FOLDER = "scenes/sea"
 SECONDS = 35.0
 CLEARANCE_M = 1.0
 
@@ -18,7 +18,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Scenes, effort and chart."""
     parser.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
     add_style(parser)
-    parser.add_argument("--scenes", nargs="+", metavar="NAME", help=f"of those in config/{FOLDER} (default: all)")
+    parser.add_argument("--scenes", nargs="+", metavar="NAME", help=f"of those in config/{SEA_BEDS} (default: all)")
     parser.add_argument(
         "--scene", type=Path, action="append", default=[], metavar="SCENE.toml",
         help="this scene, or all in a folder, instead; may be given again",

@@ -16,8 +16,8 @@ from ods.assess.sea.kinds import Kind, PoseNoise, kinds_named
 from ods.assess.sea.run import images_of, scene_with_seed
 from ods.assess.sea.trial import Trial
 from ods.base.clock import NS
-from ods.base.quaternion import from_euler, product
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
+from ods.base.frames.quaternion import from_euler, product
 from ods.messages import Ping, Pose, Truth
 from ods.offline.mission import Mission, MissionSettings
 from ods.offline.poses import poses_along

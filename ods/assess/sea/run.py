@@ -14,12 +14,12 @@ import numpy as np
 from ods.base import clock
 from ods.base.arrays import Floats, Ints
 from ods.base.errors import OdsError
-from ods.base.geometry import rotation_matrix
+from ods.base.frames.geometry import rotation_matrix
 from ods.messages import Detections, Ping, Truth
 from ods.nav_bridge.settings import SigmaSettings
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS
 from ods.sim_sonar.scene.timeline import Scene, load_scene

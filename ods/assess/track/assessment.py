@@ -10,10 +10,10 @@ from rich.progress import track as progress
 from ods.assess.scene_files import scene_files
 from ods.assess.track import peers
 from ods.assess.track.case import save_case
+from ods.assess.track.figures.table import table_of
 from ods.assess.track.measure import Row, contenders, rows
 from ods.assess.track.scenarios import KINDS, Kind, make
 from ods.assess.track.scene_world import scene_kind
-from ods.assess.track.table import table_of
 from ods.base.errors import OdsError
 from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
@@ -64,7 +64,7 @@ def assess(
 
 def draw(out: Path, found: Sequence[Row], style: str = DARK) -> None:
     """Draw the chart. Raises OdsError."""
-    from ods.assess.track.chart import chart
+    from ods.assess.track.figures.chart import chart
     from ods.plots.chart import save_figure
 
     with drawn_in(style):
@@ -74,7 +74,7 @@ def draw(out: Path, found: Sequence[Row], style: str = DARK) -> None:
 
 def draw_paper(path: Path, style: str = DARK) -> None:
     """Draw the paper's figures 6 and 7 anew and print what happens in them. Raises OdsError."""
-    from ods.assess.track import paper_figures
+    from ods.assess.track.figures import paper_figures
     from ods.plots.chart import save_figure
 
     example = paper_figures.run_example()

@@ -3,9 +3,9 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from ods.base.arguments import positive_int
-from ods.base.in_file import refuse_missing
-from ods.base.out_file import refuse_unwritable
+from ods.base.command_line.arguments import positive_int
+from ods.base.files.in_file import refuse_missing
+from ods.base.files.out_file import refuse_unwritable
 from ods.plots.style import add_style
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from ods.assess.track.case import World
 from ods.assess.track.scenarios import SONAR, Kind, Limits, clock
 from ods.base.errors import OdsError
-from ods.base.geometry import euler_from_quat
+from ods.base.frames.geometry import euler_from_quat
 from ods.sim_sonar.scene.timeline import Scene, load_scene
 
 

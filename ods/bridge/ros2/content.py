@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from ods.base import quaternion
+from ods.base.frames import quaternion
 from ods.bridge.moment import Moment
 from ods.messages import ObstacleList, PoseAt
 from ods.ros2 import enu

@@ -12,11 +12,11 @@ from cyclonedds.util import duration
 from rosbags.typesys.store import Typestore
 
 from ods.base import clock
-from ods.base.backoff import Backoff
 from ods.bridge.ros2.dds_types import DdsTypes, type_hash
 from ods.bridge.ros2.interface import address_of, configuration
 from ods.bridge.ros2.topics import LIFESPAN_S, TopicRow, wanted
 from ods.bridge.settings import Ros2Settings
+from ods.runtime.port.backoff import Backoff
 
 LOOK_NS = clock.NS
 FIRST_S, LONGEST_S = 1.0, 10.0

@@ -4,7 +4,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from ods.base.errors import reason_of
-from ods.base.in_file import text_of
+from ods.base.files.in_file import text_of
 from ods.commands.keys.folder import folder_of
 from ods.runtime.keys.key_files import KeyFileError
 from ods.runtime.keys.key_folder import CLIENTS, OPERATORS

@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from ods.base.arguments import positive_int
+from ods.base.command_line.arguments import positive_int
 from ods.client import VetoRequest
 from ods.commands.veto.asking import add_reason, ask
 

@@ -4,7 +4,7 @@ from argparse import ArgumentParser, Namespace
 
 import msgspec
 
-from ods.base.arguments import number
+from ods.base.command_line.arguments import number
 from ods.base.errors import OdsError
 from ods.client import VetoRegion, VetoRequest
 from ods.commands.veto.asking import add_reason, add_time, ask

@@ -8,10 +8,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from ods.base.arguments import number
+from ods.base.command_line.arguments import number
 from ods.base.errors import OdsError, reason_of
+from ods.base.files.out_file import refuse_unwritable
 from ods.base.geodesy import LocalFrame
-from ods.base.out_file import refuse_unwritable
 from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
 from ods.tracker.map.map_object import MapObject

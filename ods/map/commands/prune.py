@@ -4,7 +4,7 @@ import os
 from argparse import ArgumentParser, Namespace
 
 from ods.base import clock
-from ods.base.arguments import number, positive_int
+from ods.base.command_line.arguments import number, positive_int
 from ods.base.errors import OdsError
 from ods.map.commands.files import add_area_argument, add_map_argument, map_file, opened
 from ods.map.prune import Criteria, why_not

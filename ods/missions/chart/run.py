@@ -13,19 +13,19 @@ from rich.console import Console
 from rich.table import Table
 
 from ods.base.errors import OdsError, reason_of
-from ods.base.out_file import written_whole
+from ods.base.files.out_file import written_whole
 from ods.missions.chart.cost import ms_a_ping
 from ods.missions.chart.picture import chart_figure
 from ods.missions.chart.point import Point
 from ods.missions.detections.fit import fitted
 from ods.missions.detections.laws import save_laws
-from ods.missions.fly import depends_on, fly, tasks_of
 from ods.missions.journal import Journal, file_name
 from ods.missions.outcome import Outcome
+from ods.missions.parallel.fly import depends_on, fly, tasks_of
+from ods.missions.parallel.workers import flown_of
 from ods.missions.settings import Campaign, ChartSettings, Variant
 from ods.missions.setup import sonar_of
 from ods.missions.statistics import rate_of
-from ods.missions.workers import flown_of
 from ods.plots.chart import save_figure
 from ods.plots.style import drawn_in
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.errors import OdsError, reason_of
-from ods.base.in_file import content_of
-from ods.base.out_file import written_whole
+from ods.base.files.in_file import content_of
+from ods.base.files.out_file import written_whole
 from ods.messages import Detection, Sector
 from ods.missions.detections.sights import WORDS
 from ods.missions.settings import Campaign

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.base.geometry import wrap_angle
+from ods.base.frames.geometry import wrap_angle
 from ods.missions.world import World
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.sim_sonar.steered import Steered

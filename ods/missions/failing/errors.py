@@ -6,8 +6,8 @@ from typing import Annotated
 import msgspec
 
 from ods.base.clock import NS
-from ods.base.mounting import MountingSettings
-from ods.base.quaternion import from_euler, product
+from ods.base.frames.mounting import MountingSettings
+from ods.base.frames.quaternion import from_euler, product
 from ods.base.settings import Settings
 from ods.messages import Ping, Pose
 from ods.sim_sonar.receiver.blindness import BLINDNESS

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ods.base.mounting import MountingSettings
+from ods.base.frames.mounting import MountingSettings
 from ods.missions.world import World
 from ods.sim_sonar.echo.bodies import Bodies
 from ods.sim_sonar.scene.timeline import Scene

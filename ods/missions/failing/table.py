@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from rich.table import Table
 
-from ods.base.out_file import written_whole
+from ods.base.files.out_file import written_whole
 from ods.missions.outcome import Outcome
 from ods.missions.statistics import Rate, paired, rate_of
 

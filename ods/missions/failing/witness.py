@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Mask
-from ods.base.quaternion import Quaternion
+from ods.base.frames.quaternion import Quaternion
 from ods.messages import Clearance, ObstacleList
 from ods.missions.world import World
 from ods.sim_sonar.steered import VehicleState

@@ -10,7 +10,6 @@ from typing import Any
 import can
 
 from ods.base import clock
-from ods.base.backoff import Backoff
 from ods.base.errors import OdsError, one_line, reason_of
 from ods.nav_bridge.can.bus_errors import BusErrors
 from ods.nav_bridge.can.frame import STANDARD_MASK, CanId, ErrorFrame, Frame
@@ -20,6 +19,7 @@ from ods.nav_bridge.can.socketcan_bus import SocketcanBus
 from ods.nav_bridge.can.stamp_clock import StampClock
 from ods.nav_bridge.link import Descriptor, Link
 from ods.nav_bridge.settings import CanSettings
+from ods.runtime.port.backoff import Backoff
 
 log = logging.getLogger(__name__)
 

@@ -4,8 +4,8 @@ import struct
 from collections import Counter
 
 from ods.nav_bridge.can.frame import Frame
-from ods.nav_bridge.ins_clock import day_ms, utc_of_time_of_day
-from ods.nav_bridge.told_utc import ToldUtc
+from ods.nav_bridge.clocks.ins_clock import day_ms, utc_of_time_of_day
+from ods.nav_bridge.clocks.told_utc import ToldUtc
 
 TIME_FRAME = struct.Struct("<IH")
 

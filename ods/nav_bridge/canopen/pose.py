@@ -7,7 +7,7 @@ from ods.base.clock import NS
 from ods.messages import Pose
 from ods.nav_bridge.canopen.epoch import Epoch
 from ods.nav_bridge.canopen.object_map import STATUS_FIELD
-from ods.nav_bridge.ins_clock import InsClock, day_ms
+from ods.nav_bridge.clocks.ins_clock import InsClock, day_ms
 from ods.nav_bridge.pose_fields import OVER_BOTTOM, PoseMaker
 
 

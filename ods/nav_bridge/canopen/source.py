@@ -11,9 +11,9 @@ from ods.nav_bridge.canopen.eds import EdsError
 from ods.nav_bridge.canopen.epoch import Epoch, EpochAssembler
 from ods.nav_bridge.canopen.ins_monitor import BOOT_UP, PRE_OPERATIONAL, InsMonitor
 from ods.nav_bridge.canopen.network_time import NetworkTime
+from ods.nav_bridge.canopen.node.own_errors import Fault
+from ods.nav_bridge.canopen.node.own_node import OwnNode
 from ods.nav_bridge.canopen.object_map import object_map
-from ods.nav_bridge.canopen.own_errors import Fault
-from ods.nav_bridge.canopen.own_node import OwnNode
 from ods.nav_bridge.canopen.pdo_layout import load_pdo_set
 from ods.nav_bridge.canopen.pose import CanopenPose
 from ods.nav_bridge.canopen.recent_event import RecentEvent

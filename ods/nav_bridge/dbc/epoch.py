@@ -11,10 +11,10 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from ods.nav_bridge.clocks.ins_clock import InsClock
 from ods.nav_bridge.dbc.burst import CLEARLY_LONGER, LEAST_SILENCE_NS
 from ods.nav_bridge.dbc.epoch_order import EpochOrder
 from ods.nav_bridge.dbc.signal_map import Clock, DbcMap, DbcMessage
-from ods.nav_bridge.ins_clock import InsClock
 
 SKIPPED = 1.5
 """Steps between instants: an epoch so much later than the one before has missed one."""

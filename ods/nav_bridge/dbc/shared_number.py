@@ -3,9 +3,9 @@
 from collections import Counter
 from collections.abc import Iterator
 
+from ods.nav_bridge.clocks.ins_clock import InsClock
 from ods.nav_bridge.dbc.epoch import DbcEpoch
 from ods.nav_bridge.dbc.signal_map import DbcMap, DbcMessage
-from ods.nav_bridge.ins_clock import InsClock
 
 
 class SharedNumberAssembler:

@@ -7,15 +7,15 @@ from collections.abc import Iterator
 from ods.base.clock import DAY_MS, MS, NS
 from ods.base.errors import OdsError
 from ods.messages import Pose
+from ods.nav_bridge.clocks.ins_clock import InsClock
+from ods.nav_bridge.clocks.told_utc import ToldUtc
 from ods.nav_bridge.held import HeldSlot, HeldValues
-from ods.nav_bridge.ins_clock import InsClock
 from ods.nav_bridge.nmea import sentence
 from ods.nav_bridge.nmea.line import Line
 from ods.nav_bridge.nmea.sentence import BadSentenceError, NoChecksumError, NotValidError, Told
 from ods.nav_bridge.pose_fields import ATTITUDE_SIGMAS, OPTIONAL, OVER_BOTTOM, PLACE_SIGMAS, PoseMaker
 from ods.nav_bridge.settings import NMEA_CHOICES, TALKER, HeldSettings, NavSettings, NmeaSettings
 from ods.nav_bridge.source import PoseSource, SourceHost
-from ods.nav_bridge.told_utc import ToldUtc
 
 log = logging.getLogger(__name__)
 

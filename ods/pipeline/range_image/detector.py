@@ -7,14 +7,14 @@ import numpy as np
 from ods.base.arrays import AnyArray, Indices
 from ods.messages import Detection, Detections, Ping, Pose, RangeGrid, Sector
 from ods.pipeline.image.recorded import RegionNumbers
-from ods.pipeline.plan import PingError
+from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.range_image.bodies import detection_of, pieces_of
 from ods.pipeline.range_image.bottom import bottom_of
 from ods.pipeline.range_image.clusters import clusters_of, members_of
 from ods.pipeline.range_image.looked import looked_of
 from ods.pipeline.range_image.points import Head, RangePixels
 from ods.pipeline.settings import PipelineSettings
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 
 MOST_DETECTIONS = 512
 """The nearest are taken where there are more."""

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Floats32, Mask
-from ods.base.geometry import body_to_global, body_to_polar, global_to_body, polar_to_body
+from ods.base.frames.geometry import body_to_global, body_to_polar, global_to_body, polar_to_body
 
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 

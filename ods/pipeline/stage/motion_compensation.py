@@ -3,11 +3,11 @@
 import numpy as np
 
 from ods.base.arrays import Image
-from ods.base.geometry import rotation_matrix
+from ods.base.frames.geometry import rotation_matrix
 from ods.compiled import native
 from ods.messages import Pose
 from ods.pipeline.image.fan import Fan
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 
 _KNOT = 32
 """Columns between two places whose way is computed exactly."""

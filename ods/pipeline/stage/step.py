@@ -12,7 +12,7 @@ from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.gained_image import GainedImage
 from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 
 
 class PingContext(NamedTuple):

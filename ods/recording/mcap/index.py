@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from mcap.opcode import Opcode
 
-from ods.base.in_file import opened
+from ods.base.files.in_file import opened
 from ods.recording.errors import RecordingError
 from ods.recording.mcap.chunk import BAD_CHUNK, MOST_MESSAGES, Channels, log_time, unpacked, unzipper
 from ods.recording.mcap.framing import CHUNK, LONGEST_RECORD_BYTES, MB, MESSAGE, RECORD, Frame

@@ -12,7 +12,7 @@ import msgspec
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Header, Metadata
 
-from ods.base.in_file import opened
+from ods.base.files.in_file import opened
 from ods.recording.errors import RecordingError, UnreadableError
 from ods.recording.mcap.chunk import BAD_CHUNK, BAD_RECORD, Channels, log_time, stream, told_stream, unpacked, unzipper
 from ods.recording.mcap.framing import MAGIC, MB, MESSAGE, PROFILE, Frame, frames

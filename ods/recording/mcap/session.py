@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from ods.base import clock
-from ods.base.in_file import opened
+from ods.base.files.in_file import opened
 from ods.recording.errors import RecordingError
 from ods.recording.facts import boot_id
 from ods.recording.inbox import Received

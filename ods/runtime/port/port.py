@@ -11,9 +11,9 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from enum import Enum
 
-from ods.base.backoff import Backoff
 from ods.base.clock import NS
 from ods.base.errors import reason_of
+from ods.runtime.port.backoff import Backoff
 
 PORT_READ_BYTES = 65536
 ERRORS = (OSError, ValueError, termios.error)

@@ -1,20 +1,20 @@
 """A TCP connection to the sonar, as a port: connecting never blocks, and silence ends a half-open connection."""
 
 import ipaddress
-import os
 import select
 import socket
 from collections import Counter
 
 from ods.base.clock import NS
 from ods.runtime.port.address import TcpAddress
-from ods.runtime.port.port import PORT_READ_BYTES, Port, PortError
+from ods.runtime.port.port import PORT_READ_BYTES, PortError
+from ods.runtime.port.socket_port import SocketPort
 
 CONNECT_S = 5.0
 """A connection that takes longer is given up."""
 
 
-class TcpPort(Port):
+class TcpPort(SocketPort):
     """One connection, made anew when it is lost or says nothing for `silence_s` (0: it may be silent for ever)."""
 
     def __init__(
@@ -30,10 +30,6 @@ class TcpPort(Port):
         self._family = socket.AF_INET6 if ipaddress.ip_address(address.host).version == 6 else socket.AF_INET
         self._silence_s = silence_s
         self._begun_ns = 0
-        self._socket: socket.socket | None = None
-
-    def _descriptor(self) -> int:
-        return self._connection().fileno()
 
     def _begin_opening(self, now_ns: int) -> None:
         self._socket = socket.socket(self._family, socket.SOCK_STREAM | socket.SOCK_NONBLOCK)
@@ -49,9 +45,7 @@ class TcpPort(Port):
             if now_ns - self._begun_ns > CONNECT_S * NS:
                 raise PortError(f"no answer within {CONNECT_S:g} s")
             return False
-        error = connection.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
-        if error:
-            raise OSError(error, os.strerror(error))
+        self._raise_error()
         connection.getpeername()  # raises when connecting failed at once
         return True
 
@@ -74,12 +68,3 @@ class TcpPort(Port):
         """Raise when the connection has been silent for too long: its other end may be gone without a word."""
         if self._silence_s and now_ns - self._heard_ns > self._silence_s * NS:
             raise PortError(f"connected, but silent for {self._silence_s:g} s")
-
-    def _release(self) -> None:
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
-
-    def _connection(self) -> socket.socket:
-        assert self._socket is not None
-        return self._socket

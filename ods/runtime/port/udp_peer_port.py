@@ -1,16 +1,16 @@
 """Datagrams to and from one address, as a port: a byte stream whose pieces may be lost."""
 
 import ipaddress
-import os
 import socket
 from collections import Counter
 
 from ods.base.clock import NS
 from ods.runtime.port.address import UdpAddress
-from ods.runtime.port.port import PORT_READ_BYTES, Port, PortError
+from ods.runtime.port.port import PORT_READ_BYTES, PortError
+from ods.runtime.port.socket_port import SocketPort
 
 
-class UdpPeerPort(Port):
+class UdpPeerPort(SocketPort):
     """A socket that hears one peer only, opened anew when that says nothing for `silence_s` (0: it may be silent)."""
 
     def __init__(
@@ -24,10 +24,6 @@ class UdpPeerPort(Port):
         super().__init__(f"{address.host} UDP port {address.port}", pauses_s, counters)
         self._address = address
         self._silence_s = silence_s
-        self._socket: socket.socket | None = None
-
-    def _descriptor(self) -> int:
-        return self._connection().fileno()
 
     def _begin_opening(self, _now_ns: int) -> None:
         version = ipaddress.ip_address(self._address.host).version
@@ -46,17 +42,6 @@ class UdpPeerPort(Port):
 
     def _examine(self, now_ns: int) -> None:
         """Raise what the socket has to tell, such as that nobody listens there, and when the peer says nothing."""
-        error = self._connection().getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
-        if error:
-            raise OSError(error, os.strerror(error))
+        self._raise_error()
         if self._silence_s and now_ns - self._heard_ns > self._silence_s * NS:
             raise PortError(f"silent for {self._silence_s:g} s")
-
-    def _release(self) -> None:
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
-
-    def _connection(self) -> socket.socket:
-        assert self._socket is not None
-        return self._socket

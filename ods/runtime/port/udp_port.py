@@ -1,16 +1,16 @@
 """Datagrams of lines at one UDP port, as a port: each is taken for whole lines."""
 
 import ipaddress
-import os
 import socket
 from collections import Counter
 from typing import ClassVar
 
 from ods.runtime.port.address import UdpAddress
-from ods.runtime.port.port import PORT_READ_BYTES, Port, PortError
+from ods.runtime.port.port import PORT_READ_BYTES, PortError
+from ods.runtime.port.socket_port import SocketPort
 
 
-class UdpPort(Port):
+class UdpPort(SocketPort):
     """Takes datagrams of anybody, or of one sender only. Counts `stranger_datagrams`, of others."""
 
     ending: ClassVar[bytes] = b"\n"
@@ -22,10 +22,6 @@ class UdpPort(Port):
         """Make a closed port; pauses_s: shortest and longest pause before it is tried again."""
         super().__init__(f"UDP port {address.port}", pauses_s, counters)
         self._address, self._sender = address, sender
-        self._socket: socket.socket | None = None
-
-    def _descriptor(self) -> int:
-        return self._bound().fileno()
 
     def _begin_opening(self, _now_ns: int) -> None:
         version = ipaddress.ip_address(self._address.host).version
@@ -35,7 +31,7 @@ class UdpPort(Port):
 
     def _receive(self) -> bytes:
         try:
-            data, (sender, *_) = self._bound().recvfrom(PORT_READ_BYTES)
+            data, (sender, *_) = self._connection().recvfrom(PORT_READ_BYTES)
         except BlockingIOError:
             return b""
         if self._sender not in (None, sender):
@@ -48,15 +44,4 @@ class UdpPort(Port):
 
     def _examine(self, now_ns: int) -> None:
         """Raise what the socket has to tell."""
-        error = self._bound().getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
-        if error:
-            raise OSError(error, os.strerror(error))
-
-    def _release(self) -> None:
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
-
-    def _bound(self) -> socket.socket:
-        assert self._socket is not None
-        return self._socket
+        self._raise_error()

@@ -5,16 +5,16 @@ from pathlib import Path
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.sim_sonar.device.far_end import FarEnd
-from ods.sim_sonar.device.multicast_line import MulticastLine
-from ods.sim_sonar.device.norbit import NorbitEnd
-from ods.sim_sonar.device.oculus import OculusEnd
-from ods.sim_sonar.device.ping360 import Ping360End
+from ods.sim_sonar.device.lines.multicast_line import MulticastLine
+from ods.sim_sonar.device.lines.serial_line import SerialLine
+from ods.sim_sonar.device.lines.tcp_line import HOST, FramedTcpLine, TcpLine
+from ods.sim_sonar.device.lines.udp_line import UdpLine
 from ods.sim_sonar.device.remote_end import Line
-from ods.sim_sonar.device.seabat import SeaBatEnd, refuse_beyond_s7k
-from ods.sim_sonar.device.serial_line import SerialLine
-from ods.sim_sonar.device.sonar3d15 import Sonar3d15End
-from ods.sim_sonar.device.tcp_line import HOST, FramedTcpLine, TcpLine
-from ods.sim_sonar.device.udp_line import UdpLine
+from ods.sim_sonar.device.sonars.norbit import NorbitEnd
+from ods.sim_sonar.device.sonars.oculus import OculusEnd
+from ods.sim_sonar.device.sonars.ping360 import Ping360End
+from ods.sim_sonar.device.sonars.seabat import SeaBatEnd, refuse_beyond_s7k
+from ods.sim_sonar.device.sonars.sonar3d15 import Sonar3d15End
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.settings import SimSettings
 from ods.sim_sonar.sonar.settings import SonarFile

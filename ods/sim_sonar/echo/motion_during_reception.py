@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ods.base.geometry import rotation_matrix
+from ods.base.frames.geometry import rotation_matrix
 from ods.compiled import native
 from ods.sim_sonar.echo.bodies import Bodies, middles
 from ods.sim_sonar.pose import Times, VehiclePose

@@ -11,7 +11,7 @@ from canopen.pdo import PdoVariable
 from numpy.typing import ArrayLike
 
 from ods.base.clock import DAY_MS, MS, NS
-from ods.base.geometry import euler_from_quat
+from ods.base.frames.geometry import euler_from_quat
 from ods.sim_sonar.ins.canopen_node import OPERATIONAL, CanEnd, CanopenNode
 from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS, Sigmas
 

@@ -10,8 +10,8 @@ import numpy as np
 from cantools.database import Database
 from numpy.typing import ArrayLike
 
+from ods.base.frames.geometry import euler_from_quat, rotation_matrix
 from ods.base.geodesy import LocalFrame
-from ods.base.geometry import euler_from_quat, rotation_matrix
 from ods.sim_sonar.ins.canopen_node import CanEnd
 from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS, Sigmas
 

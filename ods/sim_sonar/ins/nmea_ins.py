@@ -9,8 +9,8 @@ from functools import reduce
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ods.base.frames.geometry import euler_from_quat
 from ods.base.geodesy import LocalFrame
-from ods.base.geometry import euler_from_quat
 from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS, Sigmas
 
 PORT = "ins"

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
+from ods.base.frames.geometry import rotation_matrix
+from ods.base.frames.quaternion import Quaternion, Vector3, conjugate, product
 from ods.base.geodesy import LocalFrame
-from ods.base.geometry import rotation_matrix
-from ods.base.quaternion import Quaternion, Vector3, conjugate, product
 from ods.sim_sonar.scene.timeline import Scene
 
 STEP_S = 1e-3

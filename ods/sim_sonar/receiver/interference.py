@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.base.frames import geometry
 from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.receiver.settings import Interference
 from ods.sim_sonar.sonar.model import SonarModel

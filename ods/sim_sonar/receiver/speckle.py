@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base import geometry
 from ods.base.arrays import Floats, Ints
+from ods.base.frames import geometry
 from ods.compiled import native
 from ods.sim_sonar.pose import Transmission
 from ods.sim_sonar.receiver.random_field import Keys, Normals, make_keys, normal_table

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.base.frames import geometry
 from ods.sim_sonar.pose import Times
 from ods.sim_sonar.scene.settings import Oscillation, Path, VehiclePath
 

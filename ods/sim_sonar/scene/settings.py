@@ -6,7 +6,7 @@ from typing import Annotated
 
 import msgspec
 
-from ods.base.mounting import MountingSettings
+from ods.base.frames.mounting import MountingSettings
 from ods.base.settings import NonNegativeInt, Positive, Settings
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.receiver.settings import ImageLevels

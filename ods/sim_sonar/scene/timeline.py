@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ods.base import geometry
 from ods.base.arrays import Floats
-from ods.base.mounting import Mounting, MountingSettings
+from ods.base.frames import geometry
+from ods.base.frames.mounting import Mounting, MountingSettings
 from ods.base.settings_file import ConfigError, load
 from ods.sim_sonar.echo.bodies import (
     BODY,

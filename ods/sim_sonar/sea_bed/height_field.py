@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Floats32
-from ods.base.npz_file import load_npz
+from ods.base.files.npz_file import load_npz
 
 MAX_FACETS = 4_000_000
 """Facets of a field; a file with more is refused."""

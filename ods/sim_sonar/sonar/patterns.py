@@ -39,9 +39,7 @@ def horizontal_power(offset: ArrayLike, side_lobe_db: float) -> Floats:
     """
     taper = _taper(side_lobe_db)
     peak = math.sinh(taper) / taper
-    edge = _root(
-        lambda u: float(_field(np.asarray(u), taper)) / peak - math.sqrt(0.5), 0.0, math.hypot(taper, math.pi)
-    )
+    edge = _root(lambda u: float(_field(np.asarray(u), taper)) / peak - math.sqrt(0.5), 0.0, math.hypot(taper, math.pi))
     return np.square(_field(np.asarray(offset, np.float64) * 2.0 * edge, taper) / peak)
 
 

@@ -3,7 +3,7 @@
 import mmap
 from pathlib import Path
 
-from ods.base.in_file import opened
+from ods.base.files.in_file import opened
 from ods.sonar_link.files.ping_sequence import PingFileError
 
 

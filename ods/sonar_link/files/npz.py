@@ -8,7 +8,7 @@ import numpy as np
 
 from ods.base.arrays import AnyArray, Floats
 from ods.base.clock import NS
-from ods.base.npz_file import load_npz
+from ods.base.files.npz_file import load_npz
 from ods.messages import Ping, Scale
 from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.ping_sequence import FARTHEST_M, LazyPings, PingFileError, PingSequence, recorded_ping

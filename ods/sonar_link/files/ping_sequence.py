@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from ods.base.arrays import AnyArray, Floats
-from ods.base.by_place import ByPlace
 from ods.base.errors import OdsError
+from ods.base.files.by_place import ByPlace
 from ods.messages import Ping
 from ods.sonar_link.ping_builder import Geometry, Runs, Stamp, build_ping
 

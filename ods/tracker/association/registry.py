@@ -15,6 +15,7 @@ from ods.base.plugins import PluginError, add
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.gnn import nearest
 from ods.tracker.association.jpda import probabilistic
+from ods.tracker.settings import ASSOCIATION_NAMES
 
 
 class Association(Protocol):
@@ -32,6 +33,7 @@ def association(name: str) -> Callable[[Association], Association]:
 
     def register(decide: Association) -> Association:
         add(ASSOCIATIONS, "association", name, decide)
+        ASSOCIATION_NAMES[name] = None
         return decide
 
     return register

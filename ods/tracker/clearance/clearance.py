@@ -7,7 +7,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.geometry import body_to_global, polar_to_body, rotation_matrix, wrap_angle
+from ods.base.frames.geometry import body_to_global, polar_to_body, rotation_matrix, wrap_angle
 from ods.messages import Clearance, Detection, Detections, Obstacle, ObstacleList, PoseAt
 from ods.tracker.clearance.fan_mask import SIGMAS, extent_of, fan_mask
 from ods.tracker.clearance.free_grid import FreeGrid, Head

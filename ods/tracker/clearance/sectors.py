@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.base.geometry import wrap_angle
+from ods.base.frames.geometry import wrap_angle
 from ods.tracker.clearance.free_grid import HALF_DIAGONAL, REACH, SIDE
 
 BLUR = 2.0 * HALF_DIAGONAL

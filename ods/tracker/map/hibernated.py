@@ -11,10 +11,10 @@ import msgspec
 import numpy as np
 
 from ods.base.arrays import Floats, Ints
+from ods.pose.utc import Restamp
 from ods.tracker.map.map_object import MapObject
-from ods.tracker.map.rtree import INSIDE, PLACE_TABLE, square_around
+from ods.tracker.map.schema import INSIDE, PLACE_TABLE, square_around
 from ods.tracker.state import MapChanges
-from ods.tracker.utc import Restamp
 
 SKIN_M = 20.0
 """The vehicle may move so far before the R-tree is asked again."""

@@ -6,8 +6,11 @@ changed. Reading an old file needs no step on disk: readers work on a copy in me
 
 import sqlite3
 
-from ods.tracker.map.rtree import PLACE_TABLE
-
+PLACE_TABLE = "CREATE VIRTUAL TABLE place USING rtree(id, north_min, north_max, east_min, east_max)"
+"""The R-tree of places: in the map file, and in memory for objects that sleep. It holds single precision numbers,
+rounded outwards: what it finds in a box is looked at once more exactly."""
+INSIDE = "north_max >= ? AND north_min <= ? AND east_max >= ? AND east_min <= ?"
+"""Condition on `place`; takes the four numbers of `square_around`."""
 MAP_APPLICATION_ID = 0x4F44534D
 """`ODSM`: tells this file from other SQLite files."""
 
@@ -58,3 +61,8 @@ def bring_up_to_date(db: sqlite3.Connection) -> None:
         for statement in step:
             db.execute(statement)
     db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+
+
+def square_around(north: float, east: float, distance: float) -> tuple[float, float, float, float]:
+    """Return the square around a place that holds all places not farther than `distance`."""
+    return north - distance, north + distance, east - distance, east + distance

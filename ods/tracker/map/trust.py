@@ -5,7 +5,7 @@ import sqlite3
 import time
 from functools import cache
 
-from ods.base.in_file import MOST_BYTES, PATIENCE_S
+from ods.base.files.in_file import MOST_BYTES, PATIENCE_S
 from ods.tracker.ids import PROVISIONAL_IDS
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.schema import STEPS, version_of

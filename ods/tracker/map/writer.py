@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-from ods.base.backoff import Backoff
+from ods.runtime.port.backoff import Backoff
 from ods.runtime.run_dir import Lock, RunDirError, is_locked
 from ods.tracker.map.link import OBJECTS_A_PACKET, Change, Failed, Known, Link, LinkEndedError, Message, Written
 from ods.tracker.map.map_object import MapObject

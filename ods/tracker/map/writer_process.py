@@ -8,9 +8,9 @@ import time
 from collections.abc import Iterable
 from pathlib import Path
 
-from ods.base.backoff import Backoff
 from ods.base.clock import NS
-from ods.base.overload import OverloadMonitor
+from ods.base.computer.overload import OverloadMonitor
+from ods.runtime.port.backoff import Backoff
 from ods.tracker.map.link import Change, Link, LinkEndedError, Message
 
 FIRST_DELAY_S, LONGEST_DELAY_S = 1.0, 30.0

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ods.messages import Detection, Detections
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.looked import looked_of
 from ods.tracker.measurement.planes import one_a_body

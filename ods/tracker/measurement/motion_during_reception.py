@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from ods.base.clock import NS
 from ods.compiled import native
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 from ods.tracker.measurement.scan import Echoes
 
 LONGEST_S = 10.0

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Indices
-from ods.base.geometry import rotation_matrix
+from ods.base.frames.geometry import rotation_matrix
 from ods.messages import Detection, Sector, UnseenPart, UnseenWhy
 from ods.tracker.measurement.looked import Looked
 from ods.tracker.named import Named

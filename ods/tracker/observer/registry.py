@@ -20,7 +20,7 @@ from ods.tracker.observer.belief import Belief
 from ods.tracker.observer.imm import InteractingModels, Model
 from ods.tracker.observer.independent import IndependentAxes
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
-from ods.tracker.settings import MotionSettings
+from ods.tracker.settings import OBSERVER_NAMES, MotionSettings
 
 DRIFTING, AGILE = 0.1, 10.0
 """Acceleration noise of an object that changes its velocity by and by and of one that manoeuvres, in units of
@@ -102,6 +102,7 @@ def observer(name: str) -> Callable[[MakeObserver], MakeObserver]:
 
     def register(make: MakeObserver) -> MakeObserver:
         add(OBSERVERS, "observer", name, make)
+        OBSERVER_NAMES[name] = None
         return make
 
     return register

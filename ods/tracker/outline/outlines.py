@@ -14,7 +14,7 @@ import numpy as np
 from ods.base.arrays import Floats, Indices, Ints
 from ods.base.clock import NS
 from ods.messages import Obstacle, Outline
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 from ods.tracker.outline.seen import Seen
 from ods.tracker.output.snapshot import Snapshot
 

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.base.geometry import polar_to_body, rotation_matrix
+from ods.base.frames.geometry import polar_to_body, rotation_matrix
 from ods.messages import Detection
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 
 
 class Seen(NamedTuple):

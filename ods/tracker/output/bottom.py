@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Mask
 from ods.compiled import native
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import BottomSettings
 

@@ -8,11 +8,11 @@ before a jump lie elsewhere for the poses after it.
 import math
 
 from ods.base.clock import NS
-from ods.base.quaternion import rotated
+from ods.base.frames.quaternion import rotated
 from ods.messages import Pose
-from ods.runtime.pose_buffer import NORM_TOLERANCE
-from ods.runtime.pose_motion import PoseMotion
-from ods.runtime.turn import turn_between
+from ods.pose.buffer import NORM_TOLERANCE
+from ods.pose.motion import PoseMotion
+from ods.pose.turn import turn_between
 
 JUMP_M = 2.0
 """Places may differ by so much, five standard deviations of each, and the whole way by either velocity: a place that

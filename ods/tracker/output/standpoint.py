@@ -1,7 +1,7 @@
 """Where the vehicle and the sonar's head were, as the messages to the planner tell it."""
 
 from ods.messages import PoseAt
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 
 
 def pose_at(estimate: PoseEstimate | None) -> PoseAt | None:

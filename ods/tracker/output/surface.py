@@ -12,8 +12,8 @@ import numpy as np
 
 from ods.base.arrays import Floats, Mask
 from ods.base.clock import NS
-from ods.base.geometry import body_to_polar, global_to_body
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.base.frames.geometry import body_to_polar, global_to_body
+from ods.pose.buffer import PoseEstimate
 from ods.tracker.existence import lifecycle
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import SurfaceSettings

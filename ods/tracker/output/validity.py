@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 
 from ods.base.clock import NS
-from ods.base.overload import OVERLOADED, STARVED
+from ods.base.computer.overload import OVERLOADED, STARVED
 from ods.messages import Health
 from ods.runtime import bus
 from ods.runtime.ping_pace import PingPace

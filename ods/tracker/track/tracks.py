@@ -9,6 +9,7 @@ from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Sector
+from ods.pose.utc import Restamp
 from ods.tracker.existence import evidence, lifecycle
 from ods.tracker.existence.evidence import ClutterStatistics, ExistenceTable, NewTrackEvidence, ScanEvidence
 from ods.tracker.map.map_object import MapObject
@@ -19,7 +20,6 @@ from ods.tracker.observer.belief import Belief, Estimate, moment_match
 from ods.tracker.observer.registry import Observer
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.state import TracksState
-from ods.tracker.utc import Restamp
 
 EVEN = 0.5
 """Share of clutter by which an object of the map is judged."""

@@ -11,13 +11,13 @@ import msgspec
 import numpy as np
 
 from ods.assess.detection.chains import DEFAULT
+from ods.base.files.shipped import shipped_file
 from ods.base.settings_file import load
-from ods.base.shipped import shipped_file
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.configured import configured_stages
 from ods.sim_sonar.sonar.settings import SonarFile
-from ods.workbench.engine.own_process import GoesOn
-from ods.workbench.model.chain_numbers import written
+from ods.workbench.engine.background.own_process import GoesOn
+from ods.workbench.model.chain.numbers import written
 from ods.workbench.model.state import State, Tuning
 
 SONAR = "sonars/seabat6012.toml"

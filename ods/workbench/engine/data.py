@@ -8,9 +8,9 @@ from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 
-from ods.base.by_place import ByPlace, place_after
 from ods.base.clock import NS
 from ods.base.errors import OdsError
+from ods.base.files.by_place import ByPlace, place_after
 from ods.base.geodesy import LocalFrame
 from ods.base.settings_file import load
 from ods.messages import Ping, Pose, Truth
@@ -21,11 +21,13 @@ from ods.recording.mcap.reader import open_recording
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
-from ods.workbench.engine.folders import readable
+from ods.workbench.engine.files.folders import readable
 from ods.workbench.model.state import DataReference
 
 KEPT_BYTES = 16 << 20
 """Of samples of the last pings, which are kept: going back is at once."""
+LONGEST_S = 86_400.0
+"""Of a scene: its whole path is laid out when it is opened."""
 FAN_SUFFIX = ".toml"
 """Of the file beside a clip that tells the fan's geometry: pike1.toml beside pike1.avi."""
 PERIOD_PINGS = 8
@@ -124,12 +126,32 @@ def open_data(reference: DataReference, scene: SceneFile | None, folders: Sequen
     """
     match reference.kind:
         case "scene":
-            from ods.workbench.engine.scene_data import simulated_data  # the simulator and scipy: only for scenes
-
-            return simulated_data(reference, scene, folders)
+            return _simulated(reference, scene, folders)
         case "file":
             return _from_file(reference, readable(reference.path, folders))
     raise DataError("no data are open" if reference.kind == "none" else f"{reference.kind}: has no pings to go back to")
+
+
+def _simulated(reference: DataReference, scene: SceneFile | None, folders: Sequence[Path]) -> Data:
+    """Return a scene's pings, as a sonar sees them that is given by name or by a file in `folders`. Raises OdsError."""
+    from ods.offline.source import simulated  # the simulator and scipy: only for scenes
+    from ods.sim_sonar.by_name import find_sonar
+    from ods.sim_sonar.scene.timeline import Scene
+
+    if scene is None:
+        raise DataError("scene: none is open")
+    if scene.duration_s > LONGEST_S:
+        raise DataError(f"scene: duration_s: {scene.duration_s:g} s is more than the {LONGEST_S:g} s shown here")
+    if reference.sonar.endswith(".toml"):
+        readable(reference.sonar, folders)
+    elif "/" in reference.sonar:
+        raise DataError(f"sonar: {reference.sonar} is no name")
+    model = find_sonar(reference.sonar, Path(reference.path) if reference.path else None)
+    try:
+        source = simulated(Scene(scene), model)
+    except ValueError as error:
+        raise DataError(f"scene: {error}") from error
+    return Data(reference, KeptPings(source.pings), source.poses, truths=source.truths)
 
 
 def _from_file(reference: DataReference, path: Path) -> Data:

@@ -21,7 +21,7 @@ from ods.runtime.counters import trouble_names
 from ods.runtime.ping_pace import PingPace
 from ods.runtime.processes import SUPERVISOR, may_be_on_board
 from ods.runtime.run_dir import RunDirError
-from ods.workbench.engine.listeners import Listeners
+from ods.workbench.engine.background.listeners import Listeners
 
 TOPICS = ("ping", "pose", "detections", "obstacles", "truth")
 WORDS = {"ping": "pings", "pose": "poses", "detections": "detections", "obstacles": "obstacle lists", "truth": "truth"}

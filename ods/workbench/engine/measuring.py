@@ -14,10 +14,10 @@ from ods.assess.images.labelled import LabelledImage
 from ods.assess.images.sea import sea_images
 from ods.pipeline.settings import PipelineSettings
 from ods.workbench.engine.assessment import FALSE_ALARMS, IMAGES_SEED, Measured, Point, SweepPoint, spacing_m
-from ods.workbench.engine.own_process import GoesOn
+from ods.workbench.engine.background.own_process import GoesOn
 from ods.workbench.model.actions import SetSetting
 from ods.workbench.model.apply import apply
-from ods.workbench.model.numbers_first import with_numbers_first
+from ods.workbench.model.chain.numbers_first import with_numbers_first
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.state import State
 

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import msgspec
 
 from ods.base.errors import OdsError, reason_of
-from ods.base.in_file import MOST_BYTES, content_of
+from ods.base.files.in_file import MOST_BYTES, content_of
 from ods.base.settings_file import load_variants
 from ods.missions.journal import NAME
 from ods.missions.outcome import Outcome
 from ods.missions.settings import Arm, Campaign
-from ods.workbench.engine.own_process import GoesOn
+from ods.workbench.engine.background.own_process import GoesOn
 
 MOST_SHOWN = 20
 ARM: Arm = "ods"

@@ -1,32 +1,22 @@
 """Pictures and movies for paper and screen: of what a state shows, with the hash of its configuration."""
 
-import hashlib
-import json
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 
 from ods.base.errors import OdsError
-from ods.base.mounting import Mounting
+from ods.base.frames.mounting import Mounting
 from ods.messages import Detections, Ping
 from ods.offline.mission import Mission
 from ods.offline.source import Source
 from ods.pipeline.offline import detect_pings
+from ods.workbench.engine.background.own_process import GoesOn
 from ods.workbench.engine.data import Data, open_data
-from ods.workbench.engine.echogram import Echogram
-from ods.workbench.engine.echogram_layers import Layers
-from ods.workbench.engine.folders import writable, write_whole
-from ods.workbench.engine.own_process import GoesOn
-from ods.workbench.model.short_tables import short_tables
+from ods.workbench.engine.echogram.layers import Layers
+from ods.workbench.engine.echogram.levels import Echogram
+from ods.workbench.engine.files.folders import write_whole
+from ods.workbench.engine.files.prints import MOVIES, PICTURES, config_hash, place_to_write
 from ods.workbench.model.state import State, Tuning
-
-PICTURES, MOVIES = (".png", ".svg", ".pdf"), (".webp", ".gif")
-
-
-def config_hash(tuning: Tuning) -> str:
-    """Return twelve hexadecimal digits that another configuration of pipeline and tracker has not."""
-    text = json.dumps(short_tables(tuning.mission()), sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
 def detections_of(ping: Ping, tuning: Tuning) -> Detections:
@@ -91,7 +81,7 @@ def movie_of(tell: GoesOn, state: State, read: Sequence[Path], file: Path, *, st
 
 def echogram_of(_: GoesOn, echogram: Echogram, layers: Layers, state: State, file: Path, *, style: str) -> Path:
     """Print an echogram. `file` may lie anywhere. Raises OdsError."""
-    from ods.workbench.engine.echogram_print import print_echogram  # Matplotlib: not in the page's process
+    from ods.workbench.engine.echogram.paper import print_echogram  # Matplotlib: not in the page's process
 
     return print_echogram(echogram, layers, state, file, [file.parent], name=called(state), style=style)
 
@@ -99,13 +89,3 @@ def echogram_of(_: GoesOn, echogram: Echogram, layers: Layers, state: State, fil
 def called(state: State) -> str:
     """Return what a print calls the data."""
     return Path(state.data.path).name or state.data.kind
-
-
-def place_to_write(file: Path, endings: tuple[str, ...], folders: Sequence[Path]) -> Path:
-    """Return where a file is written. Raises OdsError for another ending, or a place outside the folders."""
-    if file.suffix.lower() not in endings:
-        raise OdsError(f"{file}: the ending must be one of {', '.join(endings)}")
-    place = writable(file, folders)
-    if not place.parent.is_dir():
-        raise OdsError(f"{file}: no such folder")
-    return place

@@ -5,8 +5,10 @@ from typing import Any
 
 import msgspec
 
-from ods.workbench.model import actions as do, chain_edits, chain_numbers, scene_edits
+from ods.workbench.model import actions as do
+from ods.workbench.model.chain import edits as chain_edits, numbers as chain_numbers
 from ods.workbench.model.paths import PathError, typed, with_value
+from ods.workbench.model.scene import edits as scene_edits
 from ods.workbench.model.state import Bookmark, State, Tuning
 
 STAGE = "pipeline.stage["

@@ -37,7 +37,7 @@ def _script(history: History) -> str:
             "",
             "from pathlib import Path",
             "",
-            "from ods.workbench.engine.macro_run import MacroRun",
+            "from ods.workbench.engine.files.macro_run import MacroRun",
             "",
             f"run = MacroRun({short_tables(history.steps[0].state)!r})",
             *map(_call, history.actions()),

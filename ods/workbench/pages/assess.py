@@ -8,8 +8,8 @@ from nicegui import ui
 from ods.pipeline.settings import PipelineSettings
 from ods.workbench.engine import assessment
 from ods.workbench.engine.assessment import Measured, Numeric, Point, SweepPoint, even_values, numbers_of
-from ods.workbench.engine.newest import Newest
-from ods.workbench.engine.own_process import OwnProcess
+from ods.workbench.engine.background.newest import Newest
+from ods.workbench.engine.background.own_process import OwnProcess
 from ods.workbench.model.state import State
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from nicegui import ui
 
 from ods.base.errors import one_line
-from ods.workbench.engine.gallery import Exhibit, exhibits
-from ods.workbench.engine.gallery_results import Result, gallery_folder, kept, made
+from ods.workbench.engine.gallery.exhibits import Exhibit, exhibits
+from ods.workbench.engine.gallery.results import Result, gallery_folder, kept, made
 from ods.workbench.model.actions import SetState
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.session import Session

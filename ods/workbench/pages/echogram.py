@@ -8,16 +8,17 @@ from nicegui import ui
 from nicegui.events import ValueChangeEventArguments
 
 from ods.base.errors import one_line
-from ods.workbench.engine import echogram_run, rerun
-from ods.workbench.engine.echogram import Echogram, title_of
-from ods.workbench.engine.echogram_layers import Layers, layers_of
-from ods.workbench.engine.echogram_run import EchogramRun
-from ods.workbench.engine.newest import Newest
-from ods.workbench.engine.tracked import Tracked
+from ods.workbench.engine.background.newest import Newest
+from ods.workbench.engine.echogram import run as echogram_run
+from ods.workbench.engine.echogram.layers import Layers, layers_of
+from ods.workbench.engine.echogram.levels import Echogram, title_of
+from ods.workbench.engine.echogram.run import EchogramRun
+from ods.workbench.engine.mission import rerun
+from ods.workbench.engine.mission.tracked import Tracked
 from ods.workbench.model.actions import SetView, ShowPing
 from ods.workbench.model.state import EchogramLayer, State, View
 from ods.workbench.pages.observer import TRACKED, tracking_progress
-from ods.workbench.pages.reruns import rerun_of
+from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.session import Session
 from ods.workbench.web.echogram_view import EchogramPicture, EchogramView, picture_of
 from ods.workbench.web.follow import follow, in_loop

@@ -16,7 +16,7 @@ from nicegui.events import KeyEventArguments
 from ods.base.errors import one_line
 from ods.workbench.model.actions import SetView
 from ods.workbench.model.state import DataReference
-from ods.workbench.pages import shared_link
+from ods.workbench.pages.parts import shared_link
 from ods.workbench.session import Session
 from ods.workbench.web.follow import PICTURE_FIRST_S, follow, in_loop
 

@@ -10,16 +10,16 @@ from nicegui.element import Element
 
 from ods.base import clock
 from ods.base.clock import NS
-from ods.base.quaternion import rotated
+from ods.base.frames.quaternion import rotated
 from ods.messages import Health
 from ods.runtime.processes import may_be_on_board
 from ods.workbench.engine.live import WORDS, Line, Live, Verdict, state_of
-from ods.workbench.engine.tracked import heading_of
+from ods.workbench.engine.mission.tracked import heading_of
 from ods.workbench.model.actions import SetView
 from ods.workbench.model.state import State
-from ods.workbench.pages import observer_plan
-from ods.workbench.pages.live_image import frame_of_ping
-from ods.workbench.pages.tables import NUMBERS, numbers, table
+from ods.workbench.pages.mission import plan as observer_plan
+from ods.workbench.pages.parts.live_image import frame_of_ping
+from ods.workbench.pages.parts.tables import NUMBERS, numbers, table
 from ods.workbench.session import Session
 from ods.workbench.web.fan_view import FanView
 from ods.workbench.web.follow import follow, in_loop

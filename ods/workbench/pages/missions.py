@@ -5,11 +5,11 @@ from pathlib import Path
 
 from nicegui import run, ui
 
-from ods.base.shipped import FOLDER
+from ods.base.files.shipped import FOLDER
 from ods.missions.outcome import Outcome
-from ods.workbench.engine.folders import readable
+from ods.workbench.engine.background.own_process import in_own_process
+from ods.workbench.engine.files.folders import readable
 from ods.workbench.engine.missions import Choice, Voyage, choices_of, fly
-from ods.workbench.engine.own_process import in_own_process
 from ods.workbench.session import Session
 from ods.workbench.web import plan_view as shapes
 from ods.workbench.web.follow import in_loop

@@ -5,16 +5,16 @@ from nicegui import ui
 from nicegui.events import KeyEventArguments
 
 from ods.offline.score import position_rms_m
-from ods.workbench.engine.moments import Moments, moments_of_mission
-from ods.workbench.engine.rerun import Progress, Rerun, wanted
-from ods.workbench.engine.tracked import Tracked, track_name
+from ods.workbench.engine.mission.moments import Moments, moments_of_mission
+from ods.workbench.engine.mission.rerun import Progress, Rerun, wanted
+from ods.workbench.engine.mission.tracked import Tracked, track_name
 from ods.workbench.model.actions import SetView, ShowPing
 from ods.workbench.model.state import DataReference, State
-from ods.workbench.pages import observer_plan, observer_times
-from ods.workbench.pages.observer_settings import settings_panel
-from ods.workbench.pages.reruns import rerun_of
-from ods.workbench.pages.tables import NUMBERS, Columns, numbers, place, table
-from ods.workbench.pages.timeline import Timeline
+from ods.workbench.pages.mission import plan as observer_plan, times as observer_times
+from ods.workbench.pages.mission.settings import settings_panel
+from ods.workbench.pages.parts.reruns import rerun_of
+from ods.workbench.pages.parts.tables import NUMBERS, Columns, numbers, place, table
+from ods.workbench.pages.parts.timeline import Timeline
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.plan_view import Pick, PlanView

@@ -9,17 +9,17 @@ from nicegui.elements.select import Select
 from nicegui.events import KeyEventArguments
 
 from ods.workbench.engine.data import Data
-from ods.workbench.engine.moments import Moments, moments_of
-from ods.workbench.engine.thresholds import setting_at
+from ods.workbench.engine.mission.moments import Moments, moments_of
+from ods.workbench.engine.ping.thresholds import setting_at
 from ods.workbench.model import actions as do
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.state import State, View
-from ods.workbench.pages.folding import folds, tool_bar
-from ods.workbench.pages.processing_charts import CostBars, Histogram, Profile
-from ods.workbench.pages.processing_pictures import BESIDE, MAIN, OTHER, compares, counts_of, frames_of, title_of
-from ods.workbench.pages.processing_stages import StageList
-from ods.workbench.pages.processing_work import Answer, Costs, Work, last_stage
-from ods.workbench.pages.timeline import Timeline
+from ods.workbench.pages.parts.folding import folds, tool_bar
+from ods.workbench.pages.parts.timeline import Timeline
+from ods.workbench.pages.ping.charts import CostBars, Histogram, Profile
+from ods.workbench.pages.ping.pictures import BESIDE, MAIN, OTHER, compares, counts_of, frames_of, title_of
+from ods.workbench.pages.ping.stages import StageList
+from ods.workbench.pages.ping.work import Answer, Costs, Work, last_stage
 from ods.workbench.session import Session
 from ods.workbench.web.fan_view import FanView, Spot
 from ods.workbench.web.follow import follow, in_loop

@@ -7,19 +7,19 @@ from pathlib import Path
 from nicegui import ui
 
 from ods.base.errors import one_line
-from ods.workbench.engine.newest import Newest
-from ods.workbench.engine.own_process import OwnProcess, whole
-from ods.workbench.engine.rehearsal import Rehearsal
-from ods.workbench.engine.scene_view import Asked, Pictured, pictured, pings_of
+from ods.workbench.engine.background.newest import Newest
+from ods.workbench.engine.background.own_process import OwnProcess, whole
+from ods.workbench.engine.scene.rehearsal import Rehearsal
+from ods.workbench.engine.scene.view import Asked, Pictured, pictured, pings_of
 from ods.workbench.model import actions as do
-from ods.workbench.model.scene_handles import Handle, dragged, handles_of
+from ods.workbench.model.scene.handles import Handle, dragged, handles_of
 from ods.workbench.model.state import State
-from ods.workbench.pages.scene_charts import show as show_chart
-from ods.workbench.pages.scene_opening import open_bar
-from ods.workbench.pages.scene_panels import try_to
-from ods.workbench.pages.scene_shapes import handle_shapes, plan_shapes, rehearsed_shapes
-from ods.workbench.pages.scene_side import VEHICLE, Side, profile_chart, strip_chart
-from ods.workbench.pages.scene_tools import PLAN, PlanTools
+from ods.workbench.pages.scene.charts import show as show_chart
+from ods.workbench.pages.scene.opening import open_bar
+from ods.workbench.pages.scene.panels import try_to
+from ods.workbench.pages.scene.shapes import handle_shapes, plan_shapes, rehearsed_shapes
+from ods.workbench.pages.scene.side import VEHICLE, Side, profile_chart, strip_chart
+from ods.workbench.pages.scene.tools import PLAN, PlanTools
 from ods.workbench.session import Session
 from ods.workbench.web.fan_view import FanView, Spot as FanSpot
 from ods.workbench.web.follow import follow, in_loop

@@ -8,19 +8,20 @@ from nicegui import run, ui
 from nicegui.events import UploadEventArguments
 
 from ods.base.errors import OdsError
-from ods.workbench.engine import files, presets, printing
-from ods.workbench.engine.config_file import saving, write_config
-from ods.workbench.engine.echogram_layers import Layers, layers_of
-from ods.workbench.engine.folders import new_beside, readable
-from ods.workbench.engine.macro_run import write_macro
-from ods.workbench.engine.own_process import in_own_process, whole
-from ods.workbench.engine.rerun import wanted
+from ods.workbench.engine import printing
+from ods.workbench.engine.background.own_process import in_own_process, whole
+from ods.workbench.engine.echogram.layers import Layers, layers_of
+from ods.workbench.engine.files import openable as files, presets
+from ods.workbench.engine.files.config_file import saving, write_config
+from ods.workbench.engine.files.folders import new_beside, readable
+from ods.workbench.engine.files.macro_run import write_macro
+from ods.workbench.engine.mission.rerun import wanted
 from ods.workbench.model.actions import SetBookmark, SetState, ShowPing
 from ods.workbench.model.macro import macro_of
 from ods.workbench.model.state import State
-from ods.workbench.pages import sending, shared_link
 from ods.workbench.pages.echogram import echogram_of
-from ods.workbench.pages.reruns import rerun_of
+from ods.workbench.pages.parts import sending, shared_link
+from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
 

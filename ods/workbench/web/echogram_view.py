@@ -8,8 +8,8 @@ import msgspec
 import numpy as np
 from nicegui.element import Element
 
-from ods.workbench.engine.echogram import Echogram
-from ods.workbench.engine.echogram_layers import Layers
+from ods.workbench.engine.echogram.layers import Layers
+from ods.workbench.engine.echogram.levels import Echogram
 from ods.workbench.model.state import EchogramLayer, State, View
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from ods.base.arrays import Floats
-from ods.base.geometry import body_to_global, polar_to_body
+from ods.base.frames.geometry import body_to_global, polar_to_body
 from ods.messages import Detection, Detections, Ping, Pose, RangeGrid, frame_of, seen_from_above
 from ods.pipeline.chain import Chain
-from ods.pipeline.plan import PingError
+from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.range_image import range_image
 from ods.sim_sonar.scene.timeline import Scene

@@ -20,7 +20,7 @@ import zmq
 from ods.base.clock import NS, utc_ns
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.doctor import sonar_port
+from ods.doctor.lines import sonar_port
 from ods.messages import Health, Ping, frame_of
 from ods.runtime import bus
 from ods.runtime.bus import BusSettings

@@ -12,8 +12,8 @@ import pytest
 
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.doctor import sonar_port
 from ods.doctor.finding import Finding
+from ods.doctor.lines import sonar_port
 from ods.runtime.bus import BusSettings
 from tests.sonar_link.oculus import wire
 

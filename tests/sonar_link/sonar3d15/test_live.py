@@ -20,11 +20,11 @@ import zmq
 from ods.base.clock import NS, utc_ns
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.doctor import sonar_port
+from ods.doctor.lines import sonar_port
 from ods.messages import Health, Ping, frame_of
 from ods.runtime import bus
 from ods.runtime.bus import BusSettings
-from ods.sim_sonar.device.multicast_line import MulticastLine
+from ods.sim_sonar.device.lines.multicast_line import MulticastLine
 from tests.sonar_link.sonar3d15 import wire
 
 CONFIG = Path(__file__).parents[3] / "config" / "onboard-sonar3d15.toml"

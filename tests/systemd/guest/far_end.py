@@ -11,7 +11,7 @@ import can
 import msgspec
 
 from ods.base import clock
-from ods.sim_sonar.device.serial_line import SerialLine
+from ods.sim_sonar.device.lines.serial_line import SerialLine
 from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from ods.sonar_link.files.opening import open_pings
 from ods.sonar_link.s7k.records import ping_records

@@ -11,7 +11,7 @@ from hypothesis import given, settings, strategies as st
 
 from ods.base.arrays import Floats, Mask
 from ods.base.clock import NS
-from ods.base.geometry import body_to_polar, global_to_body, quat_from_euler
+from ods.base.frames.geometry import body_to_polar, global_to_body, quat_from_euler
 from ods.messages import Clearance, Detection, Detections, Obstacle, ObstacleList, PoseAt, Sector, UnseenPart
 from ods.tracker.clearance.clearance import ClearanceKeeper
 from ods.tracker.clearance.free_grid import REACH, ROOM

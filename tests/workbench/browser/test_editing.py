@@ -18,8 +18,8 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.remote.webelement import WebElement
 
-from ods.base.shipped import shipped_file
-from ods.workbench.engine.macro_run import MacroRun
+from ods.base.files.shipped import shipped_file
+from ods.workbench.engine.files.macro_run import MacroRun
 from tests.workbench.browser.waiting import open_menu, press, until, wait_for
 from tests.workbench.chromium import chromium, programs, requested
 from tests.workbench.serving import Serving, serving

@@ -5,13 +5,13 @@ import pytest
 
 from ods.assess.detection.measure import score_of
 from ods.assess.images.sea import sea_images
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.workbench.engine import assessment
 from ods.workbench.engine.assessment import SONAR, even_values, measured, numbers_of, spacing_m, swept
+from ods.workbench.engine.background.own_process import whole
 from ods.workbench.engine.measuring import images, point_of
-from ods.workbench.engine.own_process import whole
 from ods.workbench.model.actions import SetSetting
 from ods.workbench.model.apply import apply
 from ods.workbench.model.paths import PathError

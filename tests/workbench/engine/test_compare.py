@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, strategies as st
 
 from ods.messages import Detection
-from ods.workbench.engine.compare import difference
-from ods.workbench.engine.study import Studio
-from ods.workbench.engine.thresholds import setting_at, thresholds
+from ods.workbench.engine.ping.compare import difference
+from ods.workbench.engine.ping.study import Studio
+from ods.workbench.engine.ping.thresholds import setting_at, thresholds
 from tests.workbench.engine.test_study import data, pings, settings
 
 

@@ -9,7 +9,7 @@ from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.config import OnboardConfig, part_of
 from ods.offline.mission import MissionSettings
-from ods.workbench.engine.config_file import load_config, saving, write_config
+from ods.workbench.engine.files.config_file import load_config, saving, write_config
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
 from ods.workbench.model.state import State, Tuning

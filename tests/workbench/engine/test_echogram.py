@@ -12,8 +12,8 @@ from ods.messages import Ping
 from ods.recording.errors import RecordingError
 from ods.workbench.engine import echogram
 from ods.workbench.engine.data import Data
-from ods.workbench.engine.echogram import Echogram, Filling, levels_along, read_echogram, title_of
-from ods.workbench.engine.echogram_print import pooled
+from ods.workbench.engine.echogram.levels import Echogram, Filling, levels_along, read_echogram, title_of
+from ods.workbench.engine.echogram.paper import pooled
 from ods.workbench.model.state import DataReference
 from tests.pipeline.pings import make_ping
 from tests.range_images import ping_of

@@ -8,9 +8,9 @@ import pytest
 
 from ods.messages import Detections, ObstacleList
 from ods.offline.mission import Found
-from ods.workbench.engine.echogram import Echogram
-from ods.workbench.engine.echogram_layers import Span, layers_of, spans
-from ods.workbench.engine.ping_log import BAD, NO_LIST, log_of
+from ods.workbench.engine.echogram.layers import Span, layers_of, spans
+from ods.workbench.engine.echogram.levels import Echogram
+from ods.workbench.engine.mission.ping_log import BAD, NO_LIST, log_of
 from tests.export import mission
 from tests.workbench.pages.test_observer_views import AWAKE, ONE, PINGS, tracked
 

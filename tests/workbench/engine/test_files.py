@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from ods.base.errors import OdsError
-from ods.base.shipped import shipped_file
-from ods.workbench.engine import files
-from ods.workbench.engine.files import openable, opening, shipped_scenes
-from ods.workbench.engine.folders import new_beside
+from ods.base.files.shipped import shipped_file
+from ods.workbench.engine.files import openable as files
+from ods.workbench.engine.files.folders import new_beside
+from ods.workbench.engine.files.openable import openable, opening, shipped_scenes
 from ods.workbench.model.apply import apply
 from ods.workbench.model.state import State
 

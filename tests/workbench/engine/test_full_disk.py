@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from ods.base.errors import OdsError
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.sim_sonar.by_name import find_scene
-from ods.workbench.engine.config_file import write_config
 from ods.workbench.engine.data import Data
-from ods.workbench.engine.presets import save_preset
+from ods.workbench.engine.files.config_file import write_config
+from ods.workbench.engine.files.presets import save_preset
 from ods.workbench.engine.printing import print_ping, record_movie
-from ods.workbench.engine.scene_file import save, saving
+from ods.workbench.engine.scene.file import save, saving
 from ods.workbench.model.state import DataReference, State
 from tests.workbench.engine.test_files import keep_dropped
 from tests.workbench.engine.test_printing import SOURCE

@@ -8,11 +8,11 @@ import pytest
 from PIL import Image
 
 from ods.sim_sonar.by_name import find_scene
-from ods.workbench.engine import gallery, gallery_results
 from ods.workbench.engine.data import open_data
-from ods.workbench.engine.gallery import Exhibit, exhibits
-from ods.workbench.engine.gallery_results import gallery_folder, kept, made
-from ods.workbench.engine.scene_view import built
+from ods.workbench.engine.gallery import exhibits as gallery, results as gallery_results
+from ods.workbench.engine.gallery.exhibits import Exhibit, exhibits
+from ods.workbench.engine.gallery.results import gallery_folder, kept, made
+from ods.workbench.engine.scene.view import built
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
 from ods.workbench.model.state import State

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from ods.base.errors import OdsError
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.offline.mission import MissionSettings
 from ods.workbench.engine.data import open_data
-from ods.workbench.engine.files import opening
-from ods.workbench.engine.study import Studio
+from ods.workbench.engine.files.openable import opening
+from ods.workbench.engine.ping.study import Studio
 from ods.workbench.model.apply import apply
 from ods.workbench.model.state import State
 

@@ -8,14 +8,14 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.offline.mission import Mission
 from ods.offline.recorded import pings_of
 from ods.offline.source import open_source
 from ods.pipeline.offline import detect_pings, json_line
 from ods.sim_sonar.scene.timeline import load_scene
-from ods.workbench.engine.config_file import ConfigFile, load_config
-from ods.workbench.engine.macro_run import write_macro
+from ods.workbench.engine.files.config_file import ConfigFile, load_config
+from ods.workbench.engine.files.macro_run import write_macro
 from ods.workbench.model import actions as do
 from ods.workbench.model.history import History
 from ods.workbench.model.macro import COMMANDS, DETECTIONS, OBSTACLES, SCRIPT

@@ -8,7 +8,7 @@ import pytest
 from ods.messages import Ping
 from ods.recording.errors import RecordingError
 from ods.workbench.engine.data import Data
-from ods.workbench.engine.marks import Mark, bookmark_marks, gap_marks, thinned, track_marks
+from ods.workbench.engine.mission.marks import Mark, bookmark_marks, gap_marks, thinned, track_marks
 from ods.workbench.model.state import Bookmark, DataReference
 from tests.pipeline.pings import make_ping
 from tests.workbench.pages.test_observer_views import ASLEEP, ONE, tracked

@@ -2,7 +2,7 @@
 
 import threading
 
-from ods.workbench.engine.newest import Newest
+from ods.workbench.engine.background.newest import Newest
 
 
 def test_requests_that_a_later_one_overtook_are_dropped() -> None:

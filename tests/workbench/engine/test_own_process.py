@@ -6,8 +6,8 @@ from functools import partial
 import pytest
 
 from ods.base.errors import OdsError
-from ods.workbench.engine import own_process
-from ods.workbench.engine.own_process import GoesOn, OwnProcess, in_own_process, whole
+from ods.workbench.engine.background import own_process
+from ods.workbench.engine.background.own_process import GoesOn, OwnProcess, in_own_process, whole
 
 
 def keeping(shares: list[float], most: int = 1_000_000) -> GoesOn:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from ods.base.errors import OdsError
-from ods.workbench.engine.presets import load_preset, preset_names, save_preset
+from ods.workbench.engine.files.presets import load_preset, preset_names, save_preset
 from ods.workbench.model.state import State
 from tests.workbench.model.test_history import START
 

@@ -6,10 +6,11 @@ import pytest
 from PIL import Image
 
 from ods.base.errors import OdsError
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.offline.source import scene_source
 from ods.workbench.engine.data import Data
-from ods.workbench.engine.printing import config_hash, print_ping, record_movie
+from ods.workbench.engine.files.prints import config_hash
+from ods.workbench.engine.printing import print_ping, record_movie
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
 from ods.workbench.model.state import DataReference, State

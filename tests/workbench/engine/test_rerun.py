@@ -11,14 +11,14 @@ import pytest
 from ods.messages import ObstacleList
 from ods.offline.mission import Mission, Step
 from ods.tracker.existence.lifecycle import ACTIVE, TENTATIVE
-from ods.workbench.engine import rerun
+from ods.workbench.engine.background.own_process import whole
 from ods.workbench.engine.data import open_data
-from ods.workbench.engine.own_process import whole
-from ods.workbench.engine.rerun import MissionRuns, Rerun, Wanted, wanted
-from ods.workbench.engine.tracked import Tracked
+from ods.workbench.engine.mission import rerun
+from ods.workbench.engine.mission.rerun import MissionRuns, Rerun, Wanted, wanted
+from ods.workbench.engine.mission.tracked import Tracked
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
-from ods.workbench.model.scene_edits import scene_of
+from ods.workbench.model.scene.edits import scene_of
 from ods.workbench.model.state import DataReference, State
 
 SCENE = {

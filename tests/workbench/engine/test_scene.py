@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.offline.mission import Mission, MissionSettings
 from ods.offline.run_record import RunRecord
 from ods.offline.score import score_objects
@@ -19,11 +19,11 @@ from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.shots import shot_at
-from ods.workbench.engine.rehearsal import rehearse
-from ods.workbench.engine.scene_curves import beam_pattern, reflection, vertical_pattern
-from ods.workbench.engine.scene_pictures import ScenePictures
-from ods.workbench.engine.scene_plan import plan_of, strip_of
-from ods.workbench.engine.scene_view import Asked, SceneError, built
+from ods.workbench.engine.scene.curves import beam_pattern, reflection, vertical_pattern
+from ods.workbench.engine.scene.pictures import ScenePictures
+from ods.workbench.engine.scene.plan import plan_of, strip_of
+from ods.workbench.engine.scene.rehearsal import rehearse
+from ods.workbench.engine.scene.view import Asked, SceneError, built
 from ods.workbench.model.paths import with_value
 from tests.workbench.engine.test_own_process import keeping
 

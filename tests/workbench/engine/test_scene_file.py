@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 
 from ods.base.errors import OdsError
+from ods.base.files.shipped import shipped_file
 from ods.base.settings_file import load
-from ods.base.shipped import shipped_file
 from ods.sim_sonar.scene.settings import SceneFile
-from ods.workbench.engine.files import opening, shipped_scenes
-from ods.workbench.engine.scene_file import proposed, save, saving, shipped_sonars
+from ods.workbench.engine.files.openable import opening, shipped_scenes
+from ods.workbench.engine.scene.file import proposed, save, saving, shipped_sonars
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
 from ods.workbench.model.paths import with_value

@@ -11,13 +11,13 @@ from ods.base.errors import OdsError
 from ods.messages import Ping, Pose
 from ods.offline.mission import MissionSettings
 from ods.pipeline.chain import Chain
-from ods.pipeline.filter_chain import FilterChain
+from ods.pipeline.prepared.filter_chain import FilterChain
 from ods.pipeline.stage.watch import StageImage
 from ods.plots.polar import level_db
-from ods.workbench.engine import study
 from ods.workbench.engine.data import Data
-from ods.workbench.engine.look import BINS, HIGHEST_DB, LOWEST_DB, Look, coded, histogram, profile
-from ods.workbench.engine.study import FORMER_PINGS, OvertakenError, Studio, Study
+from ods.workbench.engine.ping import study
+from ods.workbench.engine.ping.look import BINS, HIGHEST_DB, LOWEST_DB, Look, coded, histogram, profile
+from ods.workbench.engine.ping.study import FORMER_PINGS, OvertakenError, Studio, Study
 from ods.workbench.model.state import DataReference
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
 

@@ -5,12 +5,12 @@ import math
 import msgspec
 import pytest
 
-from ods.base.mounting import AT_ORIGIN, Mounting, MountingSettings
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
+from ods.base.frames.mounting import AT_ORIGIN, Mounting, MountingSettings
 from ods.messages import Detections, Truth, TruthObject
 from ods.offline.source import scene_source
+from ods.workbench.engine.ping.truth import Judged, TrueCircle, judged, true_circles
 from ods.workbench.engine.printing import detections_of
-from ods.workbench.engine.truth import Judged, TrueCircle, judged, true_circles
 from ods.workbench.model.state import State, Tuning
 from tests.export import mission
 from tests.workbench.engine.test_compare import found

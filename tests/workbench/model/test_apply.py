@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import tomli_w
 
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.sim_sonar.scene.motion import Motion
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
-from ods.workbench.model.scene_edits import scene_of
+from ods.workbench.model.scene.edits import scene_of
 from ods.workbench.model.short_tables import short_tables
 from ods.workbench.model.state import State
 from tests.workbench.model.test_history import LAST, SCENE, START

@@ -10,9 +10,9 @@ from ods.offline.mission import MissionSettings
 from ods.pipeline.settings import PipelineSettings
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
-from ods.workbench.model.chain_numbers import follows, numbered
+from ods.workbench.model.chain.numbers import follows, numbered
+from ods.workbench.model.chain.numbers_first import with_numbers_first
 from ods.workbench.model.history import History
-from ods.workbench.model.numbers_first import with_numbers_first
 from ods.workbench.model.state import State, Tuning
 
 DR_M = 0.05

@@ -6,8 +6,8 @@ from ods.sim_sonar.by_name import find_scene
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
 from ods.workbench.model.paths import value_at
-from ods.workbench.model.scene_dials import Group, image_groups, object_groups, sea_bed_groups, vehicle_groups
-from ods.workbench.model.scene_edits import scene_of
+from ods.workbench.model.scene.dials import Group, image_groups, object_groups, sea_bed_groups, vehicle_groups
+from ods.workbench.model.scene.edits import scene_of
 from ods.workbench.model.short_tables import short_tables
 from ods.workbench.model.sliders import Number
 from ods.workbench.model.state import State

@@ -5,7 +5,7 @@ import pytest
 from ods.sim_sonar.by_name import find_scene
 from ods.workbench.model import actions as do
 from ods.workbench.model.history import History
-from ods.workbench.model.scene_effects import EFFECTS, Effect, is_on, perfect, switch
+from ods.workbench.model.scene.effects import EFFECTS, Effect, is_on, perfect, switch
 from ods.workbench.model.state import State
 
 WHOLE = find_scene("rough_figure11").file

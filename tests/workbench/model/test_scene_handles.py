@@ -6,8 +6,8 @@ from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.scene.timeline import Scene
 from ods.workbench.model.apply import apply
 from ods.workbench.model.paths import PathError, value_at
-from ods.workbench.model.scene_edits import scene_of
-from ods.workbench.model.scene_handles import dragged, handles_of
+from ods.workbench.model.scene.edits import scene_of
+from ods.workbench.model.scene.handles import dragged, handles_of
 from ods.workbench.model.state import State
 
 WAY = [{"t_s": 0.0, "position_ned": [0.0, 0.0, 4.0]}, {"t_s": 40.0, "position_ned": [50.0, 9.0, 4.0]}]

@@ -4,7 +4,7 @@ import pytest
 from nicegui import ui
 
 from ods.workbench.engine import assessment
-from ods.workbench.engine.own_process import whole
+from ods.workbench.engine.background.own_process import whole
 from ods.workbench.model import actions as do
 from ods.workbench.pages import assess
 from ods.workbench.session import Session

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from nicegui import ui
 
-from ods.workbench.engine.gallery import exhibits
-from ods.workbench.engine.gallery_results import made
+from ods.workbench.engine.gallery.exhibits import exhibits
+from ods.workbench.engine.gallery.results import made
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.pages import demonstrator
 from ods.workbench.session import Session

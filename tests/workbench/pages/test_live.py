@@ -19,7 +19,7 @@ from ods.messages import Ping, SampleType
 from ods.plots.polar import level_db
 from ods.workbench.model.state import DataReference, State, View
 from ods.workbench.pages import live
-from ods.workbench.pages.live_image import frame_of_ping
+from ods.workbench.pages.parts.live_image import frame_of_ping
 from ods.workbench.session import Session
 from tests.export import mission
 from tests.workbench.engine.test_live import HEALTH, Vehicle

@@ -13,8 +13,8 @@ from nicegui.testing.user_simulation import user_simulation
 from ods.workbench.model.actions import OpenData, SetSetting, SetView, ShowPing
 from ods.workbench.model.state import DataReference, State
 from ods.workbench.pages import observer
-from ods.workbench.pages.observer_settings import groups
-from ods.workbench.pages.reruns import rerun_of
+from ods.workbench.pages.mission.settings import groups
+from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.session import Session
 from ods.workbench.web.plan_view import PlanView
 from ods.workbench.web.time_view import TimeView

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from ods.base.mounting import AT_ORIGIN
+from ods.base.frames.mounting import AT_ORIGIN
 from ods.messages import ClosestApproach, Obstacle, ObstacleList, Prediction, TrackState
 from ods.offline.mission import Found
-from ods.workbench.engine.tracked import Beside, Collecting, Tracked
-from ods.workbench.pages import observer_plan, observer_times
+from ods.workbench.engine.mission.tracked import Beside, Collecting, Tracked
+from ods.workbench.pages.mission import plan as observer_plan, times as observer_times
 from ods.workbench.web.plan_view import Circle, Ellipse, Line
 from tests.export import mission
 

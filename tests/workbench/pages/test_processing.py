@@ -15,11 +15,12 @@ from nicegui.testing.user_simulation import user_simulation
 
 from ods.offline.mission import MissionSettings
 from ods.workbench.engine.data import Data
-from ods.workbench.engine.rerun import wanted
+from ods.workbench.engine.mission.rerun import wanted
 from ods.workbench.model.actions import SetBookmark, SetSetting, SetTuning, SetView, ShowPing
 from ods.workbench.model.state import DataReference, State, Tuning
-from ods.workbench.pages import processing, processing_work
-from ods.workbench.pages.reruns import rerun_of
+from ods.workbench.pages import processing
+from ods.workbench.pages.parts.reruns import rerun_of
+from ods.workbench.pages.ping import work as processing_work
 from ods.workbench.session import Session
 from ods.workbench.web.curve_view import CurveView
 from ods.workbench.web.fan_view import FanView

@@ -9,11 +9,11 @@ import pytest
 from nicegui import ui
 from nicegui.testing import User
 
-from ods.base.shipped import FOLDER
+from ods.base.files.shipped import FOLDER
 from ods.sim_sonar.by_name import find_scene
-from ods.workbench.engine.files import opening
+from ods.workbench.engine.files.openable import opening
 from ods.workbench.model import actions as do
-from ods.workbench.model.scene_effects import EFFECTS, is_on
+from ods.workbench.model.scene.effects import EFFECTS, is_on
 from ods.workbench.pages import simulator
 from ods.workbench.session import Session
 from ods.workbench.web.fan_view import FanView

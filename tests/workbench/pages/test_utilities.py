@@ -8,9 +8,9 @@ from nicegui import ui
 from nicegui.elements.upload_files import SmallFileUpload
 
 from ods.base.errors import OdsError
-from ods.base.shipped import shipped_file
-from ods.workbench.engine.config_file import load_config
-from ods.workbench.engine.files import opening
+from ods.base.files.shipped import shipped_file
+from ods.workbench.engine.files.config_file import load_config
+from ods.workbench.engine.files.openable import opening
 from ods.workbench.model import actions as do
 from ods.workbench.model.share import shared_text
 from ods.workbench.model.state import State, Tuning

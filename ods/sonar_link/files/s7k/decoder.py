@@ -3,7 +3,7 @@
 from collections import Counter
 from pathlib import Path
 
-from ods.base.in_file import opened
+from ods.base.files.in_file import opened
 from ods.messages import Ping
 from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.ping_sequence import PingFileError, PingSequence

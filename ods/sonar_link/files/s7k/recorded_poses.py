@@ -5,7 +5,7 @@ import struct
 from collections import Counter
 from pathlib import Path
 
-from ods.base.in_file import opened
+from ods.base.files.in_file import opened
 from ods.sonar_link.files.ping_sequence import FARTHEST_M
 from ods.sonar_link.files.s7k.pose import (
     HEADING_RECORD,

@@ -1,0 +1,1 @@
+"""What commands share: their arguments, what a terminal shows, log lines."""

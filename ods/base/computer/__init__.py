@@ -1,0 +1,1 @@
+"""This process on its computer: memory, open files, load."""

@@ -1,0 +1,1 @@
+"""Files that are read and written, whoever made them, and whose they are."""

@@ -1,0 +1,1 @@
+"""Frames of reference: rotations, attitudes, and where the sonar's head sits on the vehicle."""

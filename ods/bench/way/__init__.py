@@ -1,0 +1,1 @@
+"""How a steered vehicle came through: judged, beside the best way, drawn."""

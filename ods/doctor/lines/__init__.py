@@ -1,0 +1,1 @@
+"""The lines to sonar and navigation source: CAN interfaces, serial devices, network ports."""

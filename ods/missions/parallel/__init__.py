@@ -1,0 +1,1 @@
+"""Missions on several processes or computers, results in order."""

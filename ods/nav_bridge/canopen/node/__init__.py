@@ -1,0 +1,1 @@
+"""Our own CANopen node beside the navigation system: its objects, errors and network."""

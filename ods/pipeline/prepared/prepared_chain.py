@@ -1,0 +1,182 @@
+"""The chain of stages prepared for one image: a plane of beams, or some of its ranges."""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import AnyArray, Image, Mask
+from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
+from ods.pipeline.image.amplitude import SampleScale
+from ods.pipeline.image.double_buffer import DoubleBuffer
+from ods.pipeline.image.fill import blank_gaps
+from ods.pipeline.image.gained_image import GainedImage
+from ods.pipeline.image.recorded import Recorded, RegionNumbers, cells_without_data, paint, with_samples_lent
+from ods.pipeline.image.regions import Regions, chosen, shared_at
+from ods.pipeline.image.threshold import AMPLITUDES, ThresholdFiller
+from ods.pipeline.image_layout import ImageLayout, RangeBand
+from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, measure_echoes, parted
+from ods.pipeline.prepared.filter_chain import FilterChain
+from ods.pipeline.prepared.frame_reader import FrameReader
+from ods.pipeline.prepared.speckle import Alive, filtered_speckle
+from ods.pipeline.stage.configured import ConfiguredStage, blamed
+from ods.pipeline.stage.params import NotANumberError, StageError
+from ods.pipeline.stage.step import PingContext
+from ods.pipeline.stage.watch import StageImage, Watch
+
+
+class Frame(NamedTuple):
+    """The recorded samples of a ping."""
+
+    samples: AnyArray
+    """(all beams, all samples)."""
+    scale: SampleScale
+    missing: Mask
+    """(all beams, all samples) those that hold no data; `ALL_DATA` if all do."""
+    number: int
+    """Of the ping, less than 2**32."""
+
+
+class Found(NamedTuple):
+    """The echoes of an image."""
+
+    echoes: EchoTable
+    faint: EchoTable
+    """Too weak for the false-alarm rate wanted."""
+    heard_from: float
+    """As `Regions` tells it."""
+
+
+class Numbers(NamedTuple):
+    """Where the cells of echoes are numbered."""
+
+    mask: RegionNumbers | None
+    """(beams of the image, all samples); None: nowhere."""
+    before: int
+    """The first echo has the next number."""
+
+
+class PreparedChain:
+    """Frame to image, image through the filters, regions in it, echoes of the regions."""
+
+    def __init__(
+        self,
+        layout: ImageLayout,
+        stages: Sequence[ConfiguredStage],
+        learnt_cells: int,
+        watch: Watch | None = None,
+        alive: Alive | None = None,
+    ) -> None:
+        """Prepare the stages, of which the last one detects. watch: is shown what each makes. Raises StageError."""
+        *filters, last = stages
+        fan, buffers = layout.fan, DoubleBuffer(layout.fan.shape)
+        self.phase = layout.phase
+        self._layout = layout
+        self._reader = FrameReader(layout, buffers)
+        self._threshold = ThresholdFiller()
+        self._fronts = Fronts(layout)
+        self._last = last
+        self._watch = watch
+        self._detector = last.detector(fan)
+        self.learns = self._detector.learn is not None
+        """The detector had to see speckle first, which takes long."""
+        if self._detector.learn:
+            unwatched = FilterChain(filters, fan, buffers)
+            self._detector.learn(filtered_speckle(unwatched, layout.stride, learnt_cells, alive))
+        self._new_filters = partial(FilterChain, filters, fan, buffers, watch)
+        self._filters = self._new_filters()
+
+    def move_to(self, layout: ImageLayout) -> None:
+        """Go on with images of the same columns whose ranges differ a little: echoes are where the layout says."""
+        self._layout = layout
+        self._fronts = Fronts(layout)
+
+    def detect(self, frame: Frame, ping: PingContext, mask: RegionNumbers | None, before: int) -> Found:
+        """Return the detections of these rows and ranges of the frame, and number them in `mask`, from `before` + 1 on.
+
+        mask: (all beams, all samples); faint echoes have no numbers. Raises StageError.
+        """
+        layout = self._layout
+        recorded = with_samples_lent(Recorded(
+            frame.samples[layout.rows], layout.origin, layout.stride,
+            frame.missing[layout.rows] if frame.missing.size else frame.missing,
+        ))  # fmt: skip
+        gaps = cells_without_data(recorded)
+        image = self._filters.run(self._read(recorded, frame, gaps), ping)
+        if gaps.size:
+            blank_gaps(image, gaps)
+        if layout.fan.seam is not None:
+            image[:, layout.fan.seam] = 0.0  # no data: nothing reaches across
+        rows = None if mask is None else mask[layout.rows]
+        try:
+            regions = self._regions(image, recorded)
+            found, faint = self._echoes(image, regions, recorded, frame.scale, Numbers(rows, before))
+        except NotANumberError as error:
+            raise self._culprit(recorded, frame, gaps, ping) from error
+        return Found(found, faint, regions.heard_from)
+
+    def _read(self, recorded: Recorded, frame: Frame, gaps: Mask) -> GainedImage:
+        """Return the image of the samples, (beams, columns); gaps: the same, or `ALL_DATA`."""
+        samples, scale = recorded.samples, frame.scale
+        if self._threshold.is_needed(recorded, scale):
+            samples, scale = self._threshold.filled(recorded, scale, frame.number), AMPLITUDES
+        return self._reader.read(samples, scale, gaps, frame.number)
+
+    def _echoes(
+        self, image: Image, regions: Regions, recorded: Recorded, scale: SampleScale, numbers: Numbers
+    ) -> tuple[EchoTable, EchoTable]:
+        """Return the echoes of regions, and the faint ones, and number those that are not. Raises NotANumberError."""
+        found: list[EchoTable] = []
+        faint: list[EchoTable] = []
+        is_judged = regions.fronts and regions.faint is not None and bool(regions.faint.any())
+        before, least_front = numbers.before, LEAST_FRONT if is_judged else -1.0
+        for band, inside in _by_band(regions, self._layout.bands):
+            echoes = measure_echoes(image, inside, recorded, band.fan)
+            if is_judged:
+                echoes["front"] = self._fronts.of(echoes["bearing_rad"], echoes["near_m"], recorded.samples, scale)
+            strong, weak = parted(echoes, inside.faint, Wanted(band.from_m, band.to_m, least_front))
+            if numbers.mask is not None:
+                paint(_strong(inside, echoes, band), before, recorded, numbers.mask)
+            found.append(strong)
+            faint.append(weak)
+            before += len(strong)
+        return joined(found), joined(faint)
+
+    def _regions(self, image: Image, recorded: Recorded) -> Regions:
+        """Raises NotANumberError, and StageError for what else goes wrong."""
+        if not self._detector.refuses_nan and not np.isfinite(image).all():
+            raise NotANumberError
+        try:
+            regions = self._detector.find(image, recorded)
+        except NotANumberError:
+            raise
+        except Exception as error:
+            raise blamed(self._last.label, error) from error
+        if self._watch and regions.judged:
+            judged, low, high = regions.judged
+            self._watch(StageImage(self._last.name, judged().copy(), self._layout.fan, (low, high)))
+        return regions
+
+    def _culprit(self, recorded: Recorded, frame: Frame, gaps: Mask, ping: PingContext) -> StageError:
+        """Return the complaint about the stage whose image is not finite; all forget what they remember of images."""
+        filters, self._filters = self._filters, self._new_filters()
+        try:
+            filters.run(self._read(recorded, frame, gaps), ping, check=True)
+        except StageError as error:
+            return error
+        return blamed(self._last.label, NotANumberError())
+
+
+def _strong(regions: Regions, echoes: EchoTable, band: RangeBand) -> Regions:
+    """Return the regions of a band whose echoes count and are not faint."""
+    strong = (echoes["range_m"] >= band.from_m) & (echoes["range_m"] < band.to_m)
+    return chosen(regions, strong if regions.faint is None else strong & ~regions.faint)
+
+
+def _by_band(regions: Regions, bands: list[RangeBand]) -> list[tuple[RangeBand, Regions]]:
+    """Return the regions in the columns of each band that has any."""
+    if len(bands) == 1 or not regions.total:
+        return [(band, regions) for band in bands[: regions.total]]
+    shares = shared_at(regions, bands[1].columns.start)
+    return [(band, share) for band, share in zip(bands, shares, strict=True) if share.total]

@@ -1,0 +1,1 @@
+"""Far ends of lines: serial, TCP, UDP, multicast."""

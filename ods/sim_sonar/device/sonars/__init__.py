@@ -1,0 +1,1 @@
+"""Simulated sonars: what each obeys, and its messages as its maker's sonar writes them."""

@@ -1,0 +1,1 @@
+"""Work beside the page: in a process of its own, the newest request only, and who hears of it."""

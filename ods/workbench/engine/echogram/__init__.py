@@ -1,0 +1,1 @@
+"""Echograms: levels, what is drawn over them, computed beside the page, and printed."""

@@ -1,0 +1,1 @@
+"""The gallery: its exhibits, and pictures and figures of them, made once."""

@@ -1,0 +1,82 @@
+"""What is shown of the gallery's exhibits: pictures and figures, made once and kept in the user's cache folder."""
+
+import os
+import tempfile
+import threading
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+
+from ods.base.errors import OdsError
+from ods.base.files.in_file import content_of
+from ods.base.files.ownership import is_safe
+from ods.workbench.engine.background.own_process import GoesOn, in_own_process, whole
+from ods.workbench.engine.gallery.exhibits import Exhibit, Told
+from ods.workbench.model.state import State
+
+_making = threading.Lock()
+"""One at a time, whoever asks."""
+
+
+class Result(NamedTuple):
+    """What there is to see."""
+
+    facts: str
+    """What came of it, one line."""
+    pictures: list[Path]
+
+
+@cache
+def gallery_folder() -> Path:
+    """Return where results are kept: $ODS_CACHE_DIR or the user's cache folder, else a folder for this process only."""
+    home = os.environ.get("HOME", "")
+    own = (os.environ.get(name, "") for name in ("ODS_CACHE_DIR", "XDG_CACHE_HOME"))
+    for root in filter(None, (*own, f"{home}/.cache" if home else "")):
+        folder = Path(root, "ods", "gallery")
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(folder, os.W_OK) and is_safe(folder):
+            return folder
+    return Path(tempfile.mkdtemp(prefix="ods-gallery-"))
+
+
+def kept(exhibit: Exhibit, base: State, folder: Path) -> Result | None:
+    """Return a result that is there already; None: it has to be made. At once."""
+    try:
+        told = msgspec.json.decode(content_of(folder / f"{_stem(exhibit, base)}.json"), type=Told)
+    except (OSError, msgspec.MsgspecError):
+        return None
+    pictures = [folder / Path(name).name for name in told.pictures]
+    return Result(told.facts, pictures) if all(file.is_file() for file in pictures) else None
+
+
+def made(exhibit: Exhibit, base: State, folder: Path, tell: GoesOn = whole) -> Result | None:
+    """Return a result, made in a process of its own unless it is there; None: given up. Raises OdsError."""
+    with _making:
+        if (known := kept(exhibit, base, folder)) is not None or not tell(0.0):
+            return known
+        stem = _stem(exhibit, base)
+        try:
+            for old in folder.glob(f"{exhibit.key}-*"):
+                old.unlink(missing_ok=True)
+            told = in_own_process(_drawn, tell, exhibit, base, folder / stem)
+            if told is None:
+                return None
+            (folder / f"{stem}.json").write_bytes(msgspec.json.encode(told))
+        except OSError as error:
+            raise OdsError(f"{folder}: {error.strerror or error}") from error
+        return kept(exhibit, base, folder)
+
+
+def _stem(exhibit: Exhibit, base: State) -> str:
+    return f"{exhibit.key}-{exhibit.digest(base)}"
+
+
+def _drawn(tell: GoesOn, exhibit: Exhibit, base: State, stem: Path) -> Told | None:
+    from ods.workbench.engine.gallery.pictures import draw  # Matplotlib: not in the page's process
+
+    return draw(tell, exhibit, base, stem)

@@ -1,0 +1,1 @@
+"""A whole mission: tracked again, what is known of its pings and objects, marks on its timeline."""

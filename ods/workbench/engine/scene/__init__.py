@@ -1,0 +1,1 @@
+"""A scene: its plan, image and curves, its file, and a rehearsal of its mission."""

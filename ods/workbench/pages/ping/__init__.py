@@ -1,0 +1,1 @@
+"""Parts of the image processing menu: stages with their sliders, pictures, curves."""

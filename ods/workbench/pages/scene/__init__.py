@@ -1,0 +1,1 @@
+"""Parts of the simulator's menu: tools, panels, tables, curves, and opening and saving a scene."""
