@@ -24,14 +24,14 @@ SHAPES = ((60, 4200), (512, 300))
 """Beams, and pings: with 60 beams ten minutes."""
 MENUS = ("Observer", "Echogram", "Simulator", "Assess", "Demonstrator", "Live", "Utilities")
 ANSWER = """
-const done = arguments[1], began = performance.now();
-const tab = [...document.querySelectorAll(".q-tab")].find((item) => item.innerText.includes(arguments[0]));
-const panel = document.querySelector(`#menus > [data-menu="${arguments[0]}"]`);
+const [menu, done] = arguments, began = performance.now();
+const tab = [...document.querySelectorAll(".q-tab")].find((item) => item.innerText.includes(menu));
+const panel = document.querySelector(`#menus > [data-menu="${menu}"]`);
 let answered = null;
 tab.click();
 (function look() {
   if (panel.clientHeight) answered ??= performance.now() - began;
-  if (answered !== null && !panel.innerText.includes(`opening ${arguments[0]}`))
+  if (answered !== null && !panel.innerText.includes(`opening ${menu}`))
     return done([answered, performance.now() - began]);
   requestAnimationFrame(look);
 })();

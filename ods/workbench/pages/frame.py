@@ -67,8 +67,7 @@ NARROW = "@media (max-width: 1200px) { header .q-tab { padding: 0 8px; } }"
 """All tabs are seen in a window of 1024 pixels."""
 ANSWER = """(name) => {
     element.props["model-value"] = name;
-    for (const menu of document.getElementById("menus").children)
-        menu.classList.toggle("hidden", menu.dataset.menu !== name);
+    document.getElementById("menus").dataset.shown = name;
 }"""
 """Of the browser to a click at a tab: the tab and the menu's place, whatever the server does; it shows the same later.
 `element` is NiceGUI's, where it evaluates this."""
@@ -84,7 +83,7 @@ def build(session: Session) -> None:
     ui.context.client.on_exception(_tell)
     ui.query(".nicegui-content").classes("p-0 gap-0")
     ui.colors(primary="#2f81f7", positive="#137333")  # white is read on it, too
-    ui.add_css("".join(_rules()) + NARROW)
+    ui.add_css("".join((*_rules(), *_shown_rules())) + NARROW)
     ui.add_css(f'#popup::after {{ content: "{SERVER_GONE}"; }}')
     dark = ui.dark_mode(session.state.view.dark)
     follow(session, dark, lambda _, after: dark.set_value(after.view.dark))
@@ -107,6 +106,19 @@ def _rules() -> Iterator[str]:
     for style, colours in TEXT_COLOURS.items():
         for what, colour in colours.items():
             yield f".body--{style} .text-{what} {{ --q-{what}: {colour}; }}\n"  # Quasar's own rule is important
+
+
+def _shown_rules() -> Iterator[str]:
+    """Yield what shows one menu: the one that the browser chose last, which may be ahead of the server."""
+    for menu in MENUS:
+        yield f'#menus[data-shown]:not([data-shown="{menu.name}"]) > [data-menu="{menu.name}"] {{ display: none; }}\n'
+
+
+class _Place(ui.column):
+    """Of a menu. Whether it is seen is known here, for what follows it, but done by `_shown_rules`."""
+
+    def _handle_visibility_change(self, visible: str) -> None:
+        pass
 
 
 def _icon(icon: str, tip: str, clicked: Callable[[], object]) -> Button:
@@ -176,7 +188,7 @@ class _Menus:
         wanted = _open_menu.get(session, MENUS[FIRST_MENU[session.state.data.kind]].name)
         names = [menu.name for menu in self.shown]
         self._first = wanted if wanted in names else next(iter(names), "")
-        self._panels: dict[str, ui.column] = {}
+        self._panels: dict[str, _Place] = {}
         self._built: set[str] = set()
 
     def build_tabs(self) -> None:
@@ -189,12 +201,12 @@ class _Menus:
 
     def build_panels(self) -> None:
         """Build a place for each menu, and the first of them."""
-        self._place = ui.column().classes("w-full gap-0 p-2").props("id=menus")
+        self._place = ui.column().classes("w-full gap-0 p-2").props(f'id=menus data-shown="{self._first}"')
         with self._place:
             if not self.shown:
                 ui.label("There are no menus.")
             for menu in self.shown:
-                panel = self._panels[menu.name] = ui.column().classes("w-full gap-2").props(f'data-menu="{menu.name}"')
+                panel = self._panels[menu.name] = _Place().classes("w-full gap-2").props(f'data-menu="{menu.name}"')
                 panel.set_visibility(False)
                 with panel, ui.row().classes("items-center p-4"):
                     ui.spinner()
@@ -204,7 +216,9 @@ class _Menus:
     def choose(self, number: int) -> None:
         """Open the tab with this number, from 1 on, if there is one."""
         if 1 <= number <= len(self.shown):
-            self._tabs.set_value(self.shown[number - 1].name)
+            name = self.shown[number - 1].name
+            self._tabs.set_value(name)
+            self._place.client.run_javascript(f'document.getElementById("menus").dataset.shown = "{name}"')
 
     def open(self, name: str) -> None:
         """Show one menu and hide the others."""
