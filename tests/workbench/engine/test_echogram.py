@@ -10,8 +10,8 @@ from hypothesis import given, strategies as st
 from ods.base.arrays import Floats32
 from ods.messages import Ping
 from ods.recording.errors import RecordingError
-from ods.workbench.engine import echogram
 from ods.workbench.engine.data import Data
+from ods.workbench.engine.echogram import levels
 from ods.workbench.engine.echogram.levels import Echogram, Filling, levels_along, read_echogram, title_of
 from ods.workbench.engine.echogram.paper import pooled
 from ods.workbench.model.state import DataReference
@@ -119,7 +119,7 @@ def test_what_cannot_be_read_is_an_empty_column(monkeypatch: pytest.MonkeyPatch)
     assert result is not None
     assert np.isnan(result.level_db).all(axis=1).tolist() == [False, True, False]
     assert result.t_s.tolist()[::2] == [0.0, 2.0]
-    monkeypatch.setattr(echogram, "SHOW_S", -1.0)
+    monkeypatch.setattr(levels, "SHOW_S", -1.0)
     parts: list[Echogram] = []
 
     def tell(part: Echogram) -> bool:
