@@ -15,9 +15,7 @@ from ods.offline.recorded import Indexed, is_recording
 from ods.offline.truths import truths_beside
 from ods.recording.mcap.reader import open_recording
 from ods.sim_sonar.by_name import find_sonar
-from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import Scene, load_scene
-from ods.sim_sonar.shots import START_UTC_NS, shot_at
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
@@ -71,6 +69,9 @@ def scene_source(path: Path, sonar: str) -> Source:
 
 def simulated(scene: Scene, model: SonarModel) -> Source:
     """Return the pings of a scene that a sonar sees. Raises ValueError where they do not fit."""
+    from ods.sim_sonar.image import ImageSimulator  # with scipy 40 MB: not where recordings are opened
+    from ods.sim_sonar.shots import START_UTC_NS, shot_at
+
     images = ImageSimulator(model, scene)
     truths: dict[int, Truth] = {}
 

@@ -14,6 +14,8 @@ from ods.base.computer.resident import share_one_pool
 
 NO_STORAGE = Path(os.devnull) / "none"
 """Where NiceGUI would keep what pages store: nowhere."""
+HANDOVER_S = 0.001
+"""After which a thread that goes on gives way to one that has a picture: Python's own 5 ms come several times over."""
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY")
 """One is set where a browser can open a window; elsewhere one that writes into the terminal might start."""
 
@@ -37,6 +39,7 @@ def run(args: Namespace) -> None:
     """Serve until interrupted. Raises OdsError."""
     os.environ["NICEGUI_STORAGE_PATH"] = str(NO_STORAGE)  # read when NiceGUI is imported
     share_one_pool()
+    sys.setswitchinterval(HANDOVER_S)
     from ods.workbench.engine.files.config_file import load_config
     from ods.workbench.session import Session
     from ods.workbench.start import first_state, folders_of

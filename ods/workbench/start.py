@@ -1,6 +1,7 @@
 """Start of the workbench, by its command line."""
 
 from argparse import Namespace
+from functools import partial
 from pathlib import Path
 
 from ods.base.errors import OdsError
@@ -9,6 +10,7 @@ from ods.config import OnboardConfig
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sonar_link.files.decoder import PLUGINS
 from ods.sonar_link.files.settings import RecordingsSettings
+from ods.workbench.engine.background import own_process
 from ods.workbench.engine.files.config_file import ConfigFile
 from ods.workbench.model.state import DataReference, State, Tuning
 
@@ -16,7 +18,10 @@ from ods.workbench.model.state import DataReference, State, Tuning
 def first_state(args: Namespace, loaded: ConfigFile) -> State:
     """Return what each browser begins with. Raises ConfigError, PluginError, OdsError."""
     if args.config:
-        PLUGINS.load(load_table(args.config, "recordings", RecordingsSettings, OnboardConfig).plugins)
+        recordings = load_table(args.config, "recordings", RecordingsSettings, OnboardConfig)
+        load_plugins = partial(PLUGINS.load, recordings.plugins)
+        load_plugins()
+        own_process.at_first.append(load_plugins)
     tuning = Tuning(loaded.config)
     if args.live:
         if args.source:

@@ -1,15 +1,17 @@
 """Paths in time: where objects and the vehicle are, and how the vehicle is turned."""
 
 import math
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ods.base.arrays import Floats
 from ods.base.frames import geometry
 from ods.sim_sonar.pose import Times
 from ods.sim_sonar.scene.settings import Oscillation, Path, VehiclePath
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 STILL = np.zeros(3)
 LEAST_SPEED = 1e-6
@@ -38,7 +40,10 @@ class Motion:
         self._spline: CubicSpline | None = None
         if path.waypoints:
             times = [point.t_s for point in path.waypoints]
-            self._spline = CubicSpline(times, [point.position_ned for point in path.waypoints], bc_type="natural")
+            from scipy import interpolate  # 40 MB: only where a path has way-points
+
+            places = [point.position_ned for point in path.waypoints]
+            self._spline = interpolate.CubicSpline(times, places, bc_type="natural")
 
     def position(self, t_s: Times) -> Floats:
         """Return (..., 3) NED, m, at times (...)."""

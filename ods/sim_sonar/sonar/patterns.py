@@ -1,11 +1,10 @@
 """Beam patterns: how sensitive the sonar is off a beam's axis, as tables that the image kernels look up."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from ods.base.arrays import Floats
 
@@ -40,9 +39,7 @@ def horizontal_power(offset: ArrayLike, side_lobe_db: float) -> Floats:
     """
     taper = _taper(side_lobe_db)
     peak = math.sinh(taper) / taper
-    edge = brentq(
-        lambda u: float(_field(np.asarray(u), taper)) / peak - math.sqrt(0.5), 0.0, math.hypot(taper, math.pi)
-    )
+    edge = _root(lambda u: float(_field(np.asarray(u), taper)) / peak - math.sqrt(0.5), 0.0, math.hypot(taper, math.pi))
     return np.square(_field(np.asarray(offset, np.float64) * 2.0 * edge, taper) / peak)
 
 
@@ -59,7 +56,13 @@ def _taper(side_lobe_db: float) -> float:
     ratio = 10.0 ** ((-side_lobe_db - 13.26) / 20.0)
     if ratio <= 1.0 + 1e-6:
         return 1e-3
-    return float(brentq(lambda b: math.sinh(b) / b - ratio, 1e-3, 12.0))
+    return _root(lambda b: math.sinh(b) / b - ratio, 1e-3, 12.0)
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    from scipy.optimize import brentq  # 40 MB: only where a sonar is built
+
+    return float(brentq(function, low, high))
 
 
 def _field(u: Floats, taper: float) -> Floats:

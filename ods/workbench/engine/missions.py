@@ -1,7 +1,7 @@
 """Missions of a campaign, the worst first, and one of them flown again with the planner in the loop."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ from ods.base.settings_file import load_variants
 from ods.missions.journal import NAME
 from ods.missions.outcome import Outcome
 from ods.missions.settings import Arm, Campaign
-from ods.missions.setup import flight_of, setup_of
+from ods.workbench.engine.background.own_process import GoesOn
 
 MOST_SHOWN = 20
 ARM: Arm = "ods"
@@ -92,17 +92,18 @@ def _badness(choice: Choice) -> tuple[int, float]:
     return order[outcome.ending], math.inf if outcome.clearance_m is None else outcome.clearance_m
 
 
-def fly(choice: Choice, progress: Callable[[float], None], ends: Callable[[], bool]) -> Voyage | None:
-    """Fly a mission with the list of pipeline and tracker; None: `ends` asked to stop. Raises OdsError.
+def fly(tell: GoesOn, choice: Choice) -> Voyage | None:
+    """Fly a mission with the list of pipeline and tracker; None: `tell` told to give up. Raises OdsError.
 
     progress: gets the share of the straight way that is done, 0 to 1.
     """
+    from ods.missions.setup import flight_of, setup_of  # the simulator: not in the page's process
+
     campaign = choice.campaign
     flight = flight_of(campaign, choice.number, ARM, setup_of(campaign))
     for state in flight.pings():
-        if ends():
+        if not tell(min(1.0, max(0.0, state.north_m / campaign.world.length_m))):
             return None
-        progress(min(1.0, max(0.0, state.north_m / campaign.world.length_m)))
     world, now = flight.world, flight.vehicle.way[-1].t_s
     start, end = world.places(0.0).tolist(), world.places(now).tolist()
     obstacles = [] if flight.heard is None else flight.heard.list.obstacles

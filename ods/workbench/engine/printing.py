@@ -15,7 +15,7 @@ from ods.workbench.engine.data import Data, open_data
 from ods.workbench.engine.echogram.layers import Layers
 from ods.workbench.engine.echogram.levels import Echogram
 from ods.workbench.engine.files.folders import write_whole
-from ods.workbench.engine.files.openable.prints import MOVIES, PICTURES, config_hash, place_to_write
+from ods.workbench.engine.files.prints import MOVIES, PICTURES, config_hash, place_to_write
 from ods.workbench.model.state import State, Tuning
 
 

@@ -1,14 +1,15 @@
 """Menu 6, Assess: the chain at hand on speed against accuracy among others, and what one setting does to both."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from nicegui import ui
 
 from ods.pipeline.settings import PipelineSettings
 from ods.workbench.engine import assessment
-from ods.workbench.engine.assessment import GivenUpError, Numeric, Point, SweepPoint, even_values, numbers_of
+from ods.workbench.engine.assessment import Measured, Numeric, Point, SweepPoint, even_values, numbers_of
 from ods.workbench.engine.background.newest import Newest
+from ods.workbench.engine.background.own_process import OwnProcess
 from ods.workbench.model.state import State
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
@@ -78,7 +79,8 @@ class _ChainsCard:
             f"{assessment.IMAGES} simulated images of ods assess detect; share of the objects found at "
             f"{assessment.FALSE_ALARMS:g} false alarm an image, the threshold swept; bars: 95 %"
         ).classes("text-xs opacity-70")
-        self._newest = Newest(self._measure, self._tell, self._fail)
+        self._process = OwnProcess(assessment.measured)
+        self._newest = Newest(self._measure, self._tell, self._fail, self._process.end)
         self._chart.client.on_delete(self._newest.close)
         follow(session, self._chart, self._ask)
         self._ask(None, session.state)
@@ -88,28 +90,22 @@ class _ChainsCard:
         if before is None or wanted != _chains(before):
             self._newest.ask(wanted)
 
-    def _measure(self, chains: Chains) -> list[Point]:
-        if not _others:
-            _others.extend(assessment.others(self._goes_on("measuring the chains of ODS")))
-        self._work.share(0.9, "measuring this chain")
-        points = [assessment.point_of("A: this chain", chains.a)]
-        if chains.b is not None:
-            points.append(assessment.point_of("B", chains.b))
-        return points
+    def _measure(self, chains: Chains) -> Measured | None:
+        named = {"A: this chain": chains.a} | ({} if chains.b is None else {"B": chains.b})
+        return self._process(self._goes_on, named, () if _others else assessment.OTHERS, assessment.IMAGES)
 
-    def _goes_on(self, what: str) -> Callable[[float], bool]:
-        def progress(share: float) -> bool:
-            self._work.share(share, what)
-            return not self._newest.overtaken or not _others
+    def _goes_on(self, share: float) -> bool:
+        self._work.share(share, "measuring the chains of ODS" if share < 1.0 else "measuring this chain")
+        return not self._newest.overtaken or not _others
 
-        return progress
-
-    def _tell(self, _: Chains, points: list[Point]) -> None:
+    def _tell(self, _: Chains, measured: Measured | None) -> None:
         self._work.ended()
-        in_loop(self._chart, lambda: self._show(points))
+        if measured is not None:
+            _others[:] = measured.others or _others
+            in_loop(self._chart, lambda: self._show(measured.points))
 
     def _fail(self, _: Chains, error: Exception) -> None:
-        self._work.ended("" if isinstance(error, GivenUpError) else str(error))
+        self._work.ended(str(error))
 
     def _show(self, points: list[Point]) -> None:
         self._chart.options.clear()
@@ -192,7 +188,8 @@ class _SweepCard:
         self._work = _Background()
         self._chart = ui.echart(_sweep_chart("", [])).classes("w-full h-96").mark("sweep chart")
         self._chart.set_visibility(False)
-        self._newest = Newest(self._sweep, self._tell, self._fail)
+        self._process = OwnProcess(assessment.swept)
+        self._newest = Newest(self._sweep, self._tell, self._fail, self._process.end)
         self._chart.client.on_delete(self._newest.close)
         self._chosen.on_value_change(lambda event: self._propose(event.value))
         follow(session, self._chart, self._list)
@@ -219,21 +216,24 @@ class _SweepCard:
         values = even_values(low, high, count, by_factors=self._factors.value, whole=number.whole)
         self._newest.ask(Sweep(self._session.state, number, values))
 
-    def _sweep(self, sweep: Sweep) -> list[SweepPoint]:
-        def progress(share: float) -> bool:
+    def _sweep(self, sweep: Sweep) -> list[SweepPoint] | None:
+        def tell(share: float) -> bool:
             self._work.share(share, sweep.number.label)
             return not self._newest.overtaken
 
-        return assessment.swept(sweep.state, sweep.number.path, sweep.values, progress)
+        return self._process(tell, sweep.state, sweep.number.path, sweep.values, assessment.IMAGES)
 
-    def _tell(self, sweep: Sweep, points: list[SweepPoint]) -> None:
+    def _tell(self, sweep: Sweep, points: list[SweepPoint] | None) -> None:
+        if points is None:
+            self._work.ended()
+            return
         refused = len(sweep.values) - len(points)
         note = f", and {refused} that the setting refuses" if refused else ""
         self._work.ended(f"{sweep.number.label}: {len(points)} values{note}")
         in_loop(self._chart, lambda: self._show(sweep, points))
 
     def _fail(self, _: Sweep, error: Exception) -> None:
-        self._work.ended("" if isinstance(error, GivenUpError) else str(error))
+        self._work.ended(str(error))
 
     def _show(self, sweep: Sweep, points: Sequence[SweepPoint]) -> None:
         self._chart.set_visibility(True)

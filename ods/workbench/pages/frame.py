@@ -67,8 +67,12 @@ TEXT_COLOURS = {
 """Of what failed, is well or needs care; 4.5:1 at least against page and cards (WCAG 2.2, 1.4.3)."""
 NARROW = "@media (max-width: 1200px) { header .q-tab { padding: 0 8px; } }"
 """All tabs are seen in a window of 1024 pixels."""
-ANSWER_FIRST_S = 0.03
-"""After a menu's place is sent to the browser, until it is built: that keeps the server's loop."""
+ANSWER = """(name) => {
+    element.props["model-value"] = name;
+    document.getElementById("menus").dataset.shown = name;
+}"""
+"""Of the browser to a click at a tab: the tab and the menu's place, whatever the server does; it shows the same later.
+`element` is NiceGUI's, where it evaluates this."""
 LONGEST_NAME = 44
 """Characters of the name of data or a step in the header; the list of steps has all of it."""
 
@@ -81,7 +85,7 @@ def build(session: Session) -> None:
     ui.context.client.on_exception(_tell)
     ui.query(".nicegui-content").classes("p-0 gap-0")
     ui.colors(primary="#2f81f7", positive="#137333")  # white is read on it, too
-    ui.add_css("".join(_rules()) + NARROW)
+    ui.add_css("".join((*_rules(), *_shown_rules())) + NARROW)
     ui.add_css(f'#popup::after {{ content: "{SERVER_GONE}"; }}')
     dark = ui.dark_mode(session.state.view.dark)
     follow(session, dark, lambda _, after: dark.set_value(after.view.dark))
@@ -106,6 +110,19 @@ def _rules() -> Iterator[str]:
     for style, colours in TEXT_COLOURS.items():
         for what, colour in colours.items():
             yield f".body--{style} .text-{what} {{ --q-{what}: {colour}; }}\n"  # Quasar's own rule is important
+
+
+def _shown_rules() -> Iterator[str]:
+    """Yield what shows one menu: the one that the browser chose last, which may be ahead of the server."""
+    for menu in MENUS:
+        yield f'#menus[data-shown]:not([data-shown="{menu.name}"]) > [data-menu="{menu.name}"] {{ display: none; }}\n'
+
+
+class _Place(ui.column):
+    """Of a menu. Whether it is seen is known here, for what follows it, but done by `_shown_rules`."""
+
+    def _handle_visibility_change(self, visible: str) -> None:
+        pass
 
 
 def _icon(icon: str, tip: str, clicked: Callable[[], object]) -> Button:
@@ -175,61 +192,71 @@ class _Menus:
         wanted = _open_menu.get(session, MENUS[FIRST_MENU[session.state.data.kind]].name)
         names = [menu.name for menu in self.shown]
         self._first = wanted if wanted in names else next(iter(names), "")
-        self._panels: dict[str, ui.column] = {}
+        self._panels: dict[str, _Place] = {}
+        self._built: set[str] = set()
 
     def build_tabs(self) -> None:
         """Build the row of tabs."""
-        self._tabs = ui.tabs(on_change=lambda event: self.open(event.value))
+        self._tabs = ui.tabs(on_change=lambda event: self.open(event.value)).on("update:model-value", js_handler=ANSWER)
         self._tabs.props("dense no-caps inline-label align=left").classes("w-full")
         with self._tabs:
             for menu in self.shown:
                 ui.tab(menu.name, icon=menu.icon).mark(menu.name)
 
     def build_panels(self) -> None:
-        """Build the place for the menus, and the first of them."""
-        self._place = ui.column().classes("w-full gap-0 p-2").props("id=menus")
-        if not self.shown:
-            with self._place:
+        """Build a place for each menu, and the first of them."""
+        self._place = ui.column().classes("w-full gap-0 p-2").props(f'id=menus data-shown="{self._first}"')
+        with self._place:
+            if not self.shown:
                 ui.label("There are no menus.")
+            for menu in self.shown:
+                panel = self._panels[menu.name] = _Place().classes("w-full gap-2").props(f'data-menu="{menu.name}"')
+                panel.set_visibility(False)
+                with panel, ui.row().classes("items-center p-4"):
+                    ui.spinner()
+                    ui.label(f"opening {menu.name} ...")
         self._tabs.set_value(self._first)
 
     def choose(self, number: int) -> None:
         """Open the tab with this number, from 1 on, if there is one."""
         if 1 <= number <= len(self.shown):
-            self._tabs.set_value(self.shown[number - 1].name)
+            name = self.shown[number - 1].name
+            self._tabs.set_value(name)
+            self._place.client.run_javascript(f'document.getElementById("menus").dataset.shown = "{name}"')
 
     def open(self, name: str) -> None:
         """Show one menu and hide the others."""
         _open_menu[self._session] = name
-        for menu in self.shown:
-            if menu.name == name and name not in self._panels:
-                self._panels[name] = self._built(menu)
         for other, panel in self._panels.items():
             panel.set_visibility(other == name)
+        for menu in self.shown:
+            if menu.name == name and name not in self._built:
+                self._build(menu)
 
-    def _built(self, menu: Menu) -> ui.column:
-        """Build the first menu; of one that is opened later the place, at once, and the rest once that is shown."""
-        with self._place, ui.column().classes("w-full gap-2") as panel:
-            if not self._panels:
+    def _build(self, menu: Menu) -> None:
+        """Build the first menu; one that is opened later soon, so that the loop first does what waits."""
+        panel, is_first = self._panels[menu.name], not self._built
+        self._built.add(menu.name)
+
+        async def fill() -> None:
+            with contextlib.suppress(Exception):  # it is told when it is built
+                await run.io_bound(importlib.import_module, menu.module)
+            if self._tabs.value == menu.name:
                 self._fill(menu, panel)
-                return panel
-            with ui.row().classes("items-center p-4"):
-                ui.spinner()
-                ui.label(f"opening {menu.name} ...")
+            else:  # by now another is wanted
+                self._built.discard(menu.name)
 
-            async def fill() -> None:
-                with contextlib.suppress(Exception):  # it is shown when it is built
-                    await run.io_bound(importlib.import_module, menu.module)
-                panel.clear()
-                with panel:
-                    self._fill(menu, panel)
-
-            ui.timer(ANSWER_FIRST_S, fill, once=True)
-        return panel
+        if is_first:
+            self._fill(menu, panel)
+        else:
+            with panel:
+                ui.timer(0.0, fill, once=True)
 
     def _fill(self, menu: Menu, panel: ui.column) -> None:
+        panel.clear()
         try:
-            importlib.import_module(menu.module).build(self._session)
+            with panel:
+                importlib.import_module(menu.module).build(self._session)
         except Exception as error:  # one menu that fails does not take the others away
             log.error("%s: %s", menu.name, one_line(error), exc_info=log.isEnabledFor(logging.DEBUG))
             panel.clear()

@@ -7,6 +7,7 @@ from nicegui import run, ui
 
 from ods.base.files.shipped import FOLDER
 from ods.missions.outcome import Outcome
+from ods.workbench.engine.background.own_process import in_own_process
 from ods.workbench.engine.files.folders import readable
 from ods.workbench.engine.missions import Choice, Voyage, choices_of, fly
 from ods.workbench.session import Session
@@ -75,13 +76,14 @@ class _Missions:
     def _work(self, choice: Choice) -> Voyage | None:
         last = 0.0
 
-        def progress(share: float) -> None:
+        def tell(share: float) -> bool:
             nonlocal last
             if share - last >= PROGRESS_STEP:
                 last = share
                 in_loop(self._bar, lambda: self._bar.set_value(share))
+            return not self._ends.is_set()
 
-        return fly(choice, progress, self._ends.is_set)
+        return in_own_process(fly, tell, choice)
 
     def _running(self, on: bool) -> None:
         self._flying = on

@@ -5,6 +5,7 @@ from nicegui import ui
 from nicegui.events import KeyEventArguments
 
 from ods.offline.score import position_rms_m
+from ods.workbench.engine.mission.moments import Moments, moments_of_mission
 from ods.workbench.engine.mission.rerun import Progress, Rerun, wanted
 from ods.workbench.engine.mission.tracked import Tracked, track_name
 from ods.workbench.model.actions import SetView, ShowPing
@@ -49,6 +50,8 @@ class _Observer:
     def __init__(self, session: Session, rerun: Rerun) -> None:
         self._session, self._rerun = session, rerun
         self._drawn: Tracked | None = None
+        self._moments: Moments | None = None
+        """Of what is drawn."""
         self._shown = True
         self._table_waits = False
         panel = ui.context.slot.parent
@@ -143,7 +146,7 @@ class _Observer:
     def _heard(self) -> None:
         rerun, state = self._rerun, self._session.state
         if rerun.result is not None and rerun.result is not self._drawn:
-            self._drawn = rerun.result
+            self._drawn, self._moments = rerun.result, moments_of_mission(rerun.result)
             self._draw_result(rerun.result)
         old = rerun.result_of != wanted(state)
         busy = tracking_progress(rerun.progress) if old and state.data.kind in TRACKED and not rerun.error else ""
@@ -204,8 +207,8 @@ class _Observer:
         self._plan.set_title(f"Plan at {result.t_s[state.ping]:.1f} s, ping {state.ping}")
         self._scene.show()
         self._times.set_cursor(float(result.t_s[state.ping]))
-        if self._rerun.data is not None:
-            self._timeline.show(self._rerun.data, state.ping)
+        if self._moments is not None:
+            self._timeline.show(self._moments, state.ping)
         if not self._table_waits:
             self._table_waits = True
             in_loop(self._plan, self._list_objects, TABLE_S)

@@ -10,6 +10,8 @@ from nicegui.elements.select import Select
 from nicegui.events import KeyEventArguments
 
 from ods.sim_sonar.scene.settings import SceneFile
+from ods.workbench.engine.data import Data
+from ods.workbench.engine.mission.moments import Moments, moments_of
 from ods.workbench.engine.ping.thresholds import setting_at
 from ods.workbench.model import actions as do
 from ods.workbench.model.paths import PathError, typed
@@ -64,6 +66,7 @@ class _Page:
         self._session = session
         self._board = FrameBoard()
         self._answer: Answer | None = None
+        self._moments: tuple[Data, Moments] | None = None
         panel = ui.context.slot.parent
         self._waits: Answer | None = None
         self._work = Work(session, self)
@@ -294,7 +297,9 @@ class _Page:
         self._mark_busy()
         self._profile.answer(answer)
         self._histogram.answer(answer)
-        self._timeline.show(answer.data, answer.place)
+        if self._moments is None or self._moments[0] is not answer.data:
+            self._moments = answer.data, moments_of(answer.data)
+        self._timeline.show(self._moments[1], answer.place)
         self._stages.show_spacing(answer.a.ping.dr_m)
         self._stages.show_counts("" if answer.judged_a is None else f"against the truth: {counts_of(answer.judged_a)}")
         self._titles(answer)

@@ -1,14 +1,16 @@
 """Menu 3, Simulator: a scene edited in its plan and seen at once; the mission rehearsed."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 from nicegui import ui
 
 from ods.base.errors import one_line
 from ods.workbench.engine.background.newest import Newest
+from ods.workbench.engine.background.own_process import OwnProcess, whole
 from ods.workbench.engine.scene.rehearsal import Rehearsal
-from ods.workbench.engine.scene.view import Asked, Pictured, ScenePictures, pings_of
+from ods.workbench.engine.scene.view import Asked, Pictured, pictured, pings_of
 from ods.workbench.model import actions as do
 from ods.workbench.model.scene.handles import Handle, dragged, handles_of
 from ods.workbench.model.state import State
@@ -42,9 +44,15 @@ class _Menu:
     def __init__(self, session: Session) -> None:
         self._session, self._visible = session, True
         self._simulator: _Simulator | None = None
+        self._process = OwnProcess(pictured, nicer=0)
+        self._newest: Newest[tuple[_Simulator, Asked], Pictured] = Newest(
+            self._picture, lambda wish, shown: wish[0].told(shown), lambda wish, error: wish[0].failed(error),
+            idle=self._process.end,
+        )  # fmt: skip
         panel = ui.context.slot.parent
         self._place = ui.column().classes("w-full gap-1")
         panel.bind_visibility_to(self, "visible")
+        panel.client.on_delete(self._newest.close)
         follow(session, self._place, self._changed)
         self._fill()
 
@@ -65,7 +73,10 @@ class _Menu:
         with self._place:
             open_bar(self._session)
             if self._session.state.scene is not None:
-                self._simulator = _Simulator(self._session, self._visible)
+                self._simulator = _Simulator(self._session, self._visible, self._newest.ask)
+
+    def _picture(self, wish: "tuple[_Simulator, Asked]") -> Pictured:
+        return self._process(whole, wish[1])
 
     def _changed(self, before: State, after: State) -> None:
         if (before.data, before.scene is None) != (after.data, after.scene is None):
@@ -75,8 +86,9 @@ class _Menu:
 class _Simulator:
     """The menu with a scene open."""
 
-    def __init__(self, session: Session, seen: bool) -> None:
-        self._session = session
+    def __init__(self, session: Session, seen: bool, picture: "Callable[[tuple[_Simulator, Asked]], None]") -> None:
+        """picture: asks for one, for `told` of the simulator named."""
+        self._session, self._picture = session, picture
         self._seen, self._waits = seen, False
         self._board = FrameBoard()
         self._shown: Pictured | None = None
@@ -88,9 +100,6 @@ class _Simulator:
                 self._build_image()
             with ui.column().classes("gap-1 min-w-0").style("width: 26%; min-width: 21.5rem"):
                 self._side = Side(session, self._select, self._show_rehearsal)
-        pictures = ScenePictures()
-        self._newest: Newest[Asked, Pictured] = Newest(pictures.picture, self._told, self._failed)
-        self._fan.client.on_delete(self._newest.close)
         follow(session, self._fan, self._changed)
         self._ask(session.state)
         self._draw_handles(session.state)
@@ -124,7 +133,7 @@ class _Simulator:
         self._waits = not self._seen
         if self._seen and state.scene is not None:
             path = Path(state.data.path) if state.data.kind == "scene" and state.data.path else None
-            self._newest.ask(Asked(state.scene, state.data.sonar, state.ping, path))
+            self._picture((self, Asked(state.scene, state.data.sonar, state.ping, path)))
 
     def _changed(self, before: State, after: State) -> None:
         now = self._session.state  # newer than `after`, perhaps
@@ -139,12 +148,13 @@ class _Simulator:
         if before.view.pinned_beam != after.view.pinned_beam and self._shown is not None:
             self._draw_profile(self._shown)
 
-    def _told(self, _: Asked, shown: Pictured) -> None:
-        """In the thread that made it."""
+    def told(self, shown: Pictured) -> None:
+        """Take an image, in the thread that asked for it."""
         self._board.show(IMAGE, _frame(shown))
         in_loop(self._fan, lambda: self._show(shown))
 
-    def _failed(self, _: Asked, error: Exception) -> None:
+    def failed(self, error: Exception) -> None:
+        """Take why there is none, in that thread."""
         in_loop(self._fan, lambda: self._fan.set_busy(one_line(error)))
 
     def _show(self, shown: Pictured) -> None:

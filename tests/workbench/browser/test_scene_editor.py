@@ -32,6 +32,7 @@ def begun(window: webdriver.Chrome) -> None:
     press(window, "New scene")
     wait_for(window, "not saved yet")
     until(lambda: [each[0] for each in handles(window)] == ["vehicle.position_ned"])
+    wait_for(window, "ping 0 of")  # the first image: by it the plan is fitted
 
 
 def handles(window: webdriver.Chrome) -> list[Any]:

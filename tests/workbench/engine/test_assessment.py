@@ -5,27 +5,33 @@ import pytest
 
 from ods.assess.detection.measure import score_of
 from ods.assess.images.sea import sea_images
+from ods.base.files.shipped import shipped_file
 from ods.pipeline.settings import PipelineSettings
+from ods.sim_sonar.sonar.model import load_sonar
 from ods.workbench.engine import assessment
-from ods.workbench.engine.assessment import GivenUpError, even_values, numbers_of, point_of, swept
+from ods.workbench.engine.assessment import SONAR, even_values, measured, numbers_of, spacing_m, swept
+from ods.workbench.engine.background.own_process import whole
+from ods.workbench.engine.measuring import images, point_of
 from ods.workbench.model.actions import SetSetting
 from ods.workbench.model.apply import apply
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.state import State
 from tests.workbench.model.test_history import LAST
 
-FEW = sea_images(2, assessment.IMAGES_SEED)
+FEW = 2
+"""Images."""
 HIGH = f"pipeline.stage[{LAST}].high"
 
 
-@pytest.fixture(autouse=True)
-def _few_images(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(assessment, "images", lambda: FEW)
+def test_the_images_are_the_first_of_those_of_ods_assess() -> None:
+    pings, own = images(FEW), sea_images(FEW, assessment.IMAGES_SEED)
+    assert [each.ping.data for each in pings] == [each.ping.data for each in own]
+    assert own[0].ping.dr_m == spacing_m() == load_sonar(shipped_file(SONAR)).dr_m
 
 
 def test_the_point_has_what_the_chain_finds_at_its_own_levels() -> None:
-    point = point_of("mine", PipelineSettings())
-    own = score_of(PipelineSettings(), assessment.images())
+    point = point_of("mine", PipelineSettings(), FEW)
+    own = score_of(PipelineSettings(), images(FEW))
     assert (point.found_as_set, point.false_as_set) == (own.detection_probability, own.false_per_image)
     assert point.interval[0] <= point.found <= point.interval[1]
     assert point.ms > 0.0
@@ -38,7 +44,8 @@ def test_a_higher_level_finds_less_and_errs_less() -> None:
         told.append(share)
         return True
 
-    points = swept(State(), HIGH, [4.0, 8.0, 100.0], tell)
+    points = swept(tell, State(), HIGH, [4.0, 8.0, 100.0], FEW)
+    assert points is not None
     assert [point.value for point in points] == [4.0, 8.0, 100.0]
     assert points[0].false_alarms > points[1].false_alarms >= points[2].false_alarms == 0.0
     assert points[0].found >= points[1].found >= points[2].found
@@ -46,22 +53,26 @@ def test_a_higher_level_finds_less_and_errs_less() -> None:
 
 
 def test_values_that_a_setting_refuses_are_left_out() -> None:
-    assert [point.value for point in swept(State(), HIGH, [-1.0, 8.0], lambda _: True)] == [8.0]
+    points = swept(whole, State(), HIGH, [-1.0, 8.0], FEW)
+    assert points is not None
+    assert [point.value for point in points] == [8.0]
     with pytest.raises(PathError, match="high"):
-        swept(State(), HIGH, [-1.0], lambda _: True)
+        swept(whole, State(), HIGH, [-1.0], FEW)
 
 
 def test_a_sweep_ends_when_it_is_not_wanted_any_more() -> None:
-    with pytest.raises(GivenUpError):
-        swept(State(), HIGH, [8.0, 9.0], lambda share: share == 0.0)
+    assert swept(lambda share: share == 0.0, State(), HIGH, [8.0, 9.0], FEW) is None
+    assert measured(lambda share: share == 0.0, {}, ["FIR 9", "box 5"], FEW) is None
 
 
 def test_a_number_that_is_swept_is_the_one_that_runs_and_changes_no_other() -> None:
     cells = f"pipeline.stage[{LAST}].min_cells"
     (told,) = [each for each in numbers_of(State().tuning) if each.path == cells]
     assert told.value == 2
-    (swept_to_it,) = swept(State(), cells, [2], lambda _: True)
-    own = score_of(PipelineSettings(), FEW)
+    points = swept(whole, State(), cells, [2], FEW)
+    assert points is not None
+    (swept_to_it,) = points
+    own = score_of(PipelineSettings(), images(FEW))
     assert (swept_to_it.found, swept_to_it.false_alarms) == (own.detection_probability, own.false_per_image)
 
 

@@ -11,6 +11,7 @@ from ods.base.arrays import Floats32
 from ods.messages import Ping
 from ods.recording.errors import RecordingError
 from ods.workbench.engine.data import Data
+from ods.workbench.engine.echogram import levels
 from ods.workbench.engine.echogram.levels import Echogram, Filling, levels_along, read_echogram, title_of
 from ods.workbench.engine.echogram.paper import pooled
 from ods.workbench.model.state import DataReference
@@ -112,13 +113,21 @@ class Torn(list[Ping]):
         return super().__getitem__(place)
 
 
-def test_what_cannot_be_read_is_an_empty_column() -> None:
+def test_what_cannot_be_read_is_an_empty_column(monkeypatch: pytest.MonkeyPatch) -> None:
     data = Data(DataReference(), Torn([ping(number=number) for number in range(3)]))
     result = read_echogram(data)
     assert result is not None
     assert np.isnan(result.level_db).all(axis=1).tolist() == [False, True, False]
     assert result.t_s.tolist()[::2] == [0.0, 2.0]
-    assert read_echogram(data, give_up=lambda: True) is None
+    monkeypatch.setattr(levels, "SHOW_S", -1.0)
+    parts: list[Echogram] = []
+
+    def tell(part: Echogram) -> bool:
+        parts.append(part)
+        return part.read < 2
+
+    assert read_echogram(data, tell=tell) is None
+    assert [part.read for part in parts] == [1, 1, 2]
 
 
 def test_a_title_says_what_is_shown() -> None:

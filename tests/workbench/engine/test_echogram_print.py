@@ -5,12 +5,12 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from ods.workbench.engine.files.openable.prints import config_hash
 from PIL import Image
 
 from ods.base.errors import OdsError
 from ods.workbench.engine.echogram.layers import Layers, Span, layers_of
 from ods.workbench.engine.echogram.paper import print_echogram
+from ods.workbench.engine.files.prints import config_hash
 from ods.workbench.model.state import State, View
 from tests.workbench.engine.test_echogram_layers import echogram
 from tests.workbench.pages.test_observer_views import ONE, tracked

@@ -55,3 +55,17 @@ def test_a_request_that_fails_is_told_and_the_next_is_done() -> None:
     assert done.wait(10.0)
     assert told == ["0: float division by zero", "0.25"]
     newest.close()
+
+
+def test_what_is_kept_is_given_back_once_nothing_is_asked_and_at_the_end() -> None:
+    done, idle = threading.Semaphore(0), threading.Semaphore(0)
+    newest: Newest[int, int] = Newest(
+        lambda request: request, lambda *_: done.release(), lambda *_: None, idle.release, idle_s=0.01
+    )
+    newest.ask(1)
+    assert done.acquire(timeout=10.0)
+    assert idle.acquire(timeout=10.0)
+    newest.ask(2)
+    assert done.acquire(timeout=10.0)
+    newest.close()
+    assert idle.acquire(timeout=10.0)

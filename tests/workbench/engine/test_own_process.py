@@ -1,11 +1,13 @@
 """Work in a process of its own: its result, its errors and how far it is come here; it can be given up."""
 
 import os
+from functools import partial
 
 import pytest
 
 from ods.base.errors import OdsError
-from ods.workbench.engine.background.own_process import GoesOn, in_own_process, whole
+from ods.workbench.engine.background import own_process
+from ods.workbench.engine.background.own_process import GoesOn, OwnProcess, in_own_process, whole
 
 
 def keeping(shares: list[float], most: int = 1_000_000) -> GoesOn:
@@ -24,6 +26,24 @@ def steps(tell: GoesOn, count: int) -> tuple[int, int]:
         if not tell(done / count):
             return os.getpid(), done
     return os.getpid(), count
+
+
+class Counting:
+    def __init__(self, count: int) -> None:
+        self.count = count
+
+    def __call__(self, tell: GoesOn, more: int) -> tuple[int, int]:
+        self.count += more
+        tell(1.0)
+        return os.getpid(), self.count
+
+
+def now_is(niceness: int) -> None:
+    own_process.NICER = niceness
+
+
+def niceness(_: GoesOn) -> int:
+    return own_process.NICER
 
 
 def fails(_: GoesOn, error: Exception) -> None:
@@ -48,6 +68,39 @@ def test_it_runs_elsewhere_tells_how_far_it_is_and_can_be_given_up() -> None:
 def test_its_errors_are_told_here(error: Exception, why: str) -> None:
     with pytest.raises(OdsError, match=why):
         in_own_process(fails, whole, error)
+
+
+def test_one_that_lives_keeps_what_it_has_until_it_is_ended_and_then_begins_anew() -> None:
+    process = OwnProcess(Counting(10))
+    (first, one), (again, two) = process(whole, 1), process(whole, 5)
+    assert (one, two) == (11, 16)
+    assert first == again != os.getpid()
+    process.end()
+    other, three = process(whole, 1)
+    assert three == 11
+    assert other not in (first, os.getpid())
+    process.end()
+
+
+def test_an_error_does_not_end_it_but_one_of_the_caller_does() -> None:
+    process = OwnProcess(Counting(0))
+    process(whole, 3)
+    with pytest.raises(OdsError, match="TypeError"):
+        process(whole, "x")  # type: ignore[arg-type]
+    assert process(whole, 4)[1] == 7
+
+    def interrupts(_: float) -> bool:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        process(interrupts, 1)
+    assert process(whole, 1)[1] == 1
+    process.end()
+
+
+def test_what_the_page_began_with_is_done_there_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(own_process, "at_first", [partial(now_is, 7)])
+    assert in_own_process(niceness, whole) == 7
 
 
 def test_one_that_is_killed_is_told() -> None:

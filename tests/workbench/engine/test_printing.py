@@ -3,13 +3,13 @@
 from pathlib import Path
 
 import pytest
-from ods.workbench.engine.files.openable.prints import config_hash
 from PIL import Image
 
 from ods.base.errors import OdsError
 from ods.base.files.shipped import shipped_file
 from ods.offline.source import scene_source
 from ods.workbench.engine.data import Data
+from ods.workbench.engine.files.prints import config_hash
 from ods.workbench.engine.printing import print_ping, record_movie
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply

@@ -11,9 +11,10 @@ import pytest
 from ods.messages import ObstacleList
 from ods.offline.mission import Mission, Step
 from ods.tracker.existence.lifecycle import ACTIVE, TENTATIVE
+from ods.workbench.engine.background.own_process import whole
 from ods.workbench.engine.data import open_data
 from ods.workbench.engine.mission import rerun
-from ods.workbench.engine.mission.rerun import Rerun, Wanted, wanted
+from ods.workbench.engine.mission.rerun import MissionRuns, Rerun, Wanted, wanted
 from ods.workbench.engine.mission.tracked import Tracked
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
@@ -85,13 +86,14 @@ def test_lists_are_those_of_a_mission(result: Tracked, direct: list[Step]) -> No
     assert lists_of(result) == [step.list for step in direct]
 
 
-def test_a_slider_of_the_tracker_needs_no_chain(
-    asked: Rerun, result: Tracked, direct: list[Step], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_slider_of_the_tracker_needs_no_chain(direct: list[Step], monkeypatch: pytest.MonkeyPatch) -> None:
     moved = apply(START, do.SetSetting("tracker.life.confirm_echoes", 6))
-    expected = run(moved)
+    expected, runs = run(moved), MissionRuns(())
+    runs(whole, wanted(START))
     monkeypatch.setattr(rerun, "Detecting", None)  # whoever makes another chain fails
-    assert lists_of(result_of(asked, wanted(moved))) == [step.list for step in expected]
+    result = runs(whole, wanted(moved))
+    assert result is not None
+    assert lists_of(result) == [step.list for step in expected]
     assert [step.list for step in expected] != [step.list for step in direct]
 
 

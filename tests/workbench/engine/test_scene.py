@@ -20,9 +20,10 @@ from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.shots import shot_at
 from ods.workbench.engine.scene.curves import beam_pattern, reflection, vertical_pattern
+from ods.workbench.engine.scene.pictures import ScenePictures
 from ods.workbench.engine.scene.plan import plan_of, strip_of
 from ods.workbench.engine.scene.rehearsal import rehearse
-from ods.workbench.engine.scene.view import Asked, SceneError, ScenePictures, built
+from ods.workbench.engine.scene.view import Asked, SceneError, built
 from ods.workbench.model.paths import with_value
 from tests.workbench.engine.test_own_process import keeping
 

@@ -7,8 +7,9 @@ import pytest
 
 from ods.base.errors import OdsError
 from ods.base.files.shipped import shipped_file
+from ods.workbench.engine.files import uploads
 from ods.workbench.engine.files.folders import new_beside, readable
-from ods.workbench.engine.files.openable import opening, uploads
+from ods.workbench.engine.files.openable import opening
 from tests.workbench.serving import PROJECT
 
 SCENE = shipped_file("scenes/figure11.toml").read_bytes()

@@ -3,8 +3,8 @@
 import pytest
 from nicegui import ui
 
-from ods.assess.images.sea import sea_images
 from ods.workbench.engine import assessment
+from ods.workbench.engine.background.own_process import whole
 from ods.workbench.model import actions as do
 from ods.workbench.pages import assess
 from ods.workbench.session import Session
@@ -16,9 +16,8 @@ HIGH = f"pipeline.stage[{LAST}].high"
 
 @pytest.fixture(autouse=True)
 def _little_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    few = sea_images(2, assessment.IMAGES_SEED)
-    monkeypatch.setattr(assessment, "images", lambda: few)
-    monkeypatch.setattr(assessment, "OTHERS", ("FIR 9",))
+    monkeypatch.setattr(assessment, "IMAGES", 2)
+    monkeypatch.setattr(assessment, "OTHERS", ("default", "FIR 9"))
     monkeypatch.setattr(assess, "_others", [])
 
 
@@ -46,7 +45,8 @@ async def test_a_sweep_draws_found_and_false_alarms() -> None:
         await user.should_see("2 values, and 1 that the setting refuses")
         (chart,) = user.find(kind=ui.echart, marker="sweep chart").elements
         found, false, ms = (each["data"] for each in chart.options["series"])
-        wanted = assessment.swept(session.state, HIGH, [9.165, 16.5], lambda _: True)  # a third of it is under `low`
+        wanted = assessment.swept(whole, session.state, HIGH, [9.165, 16.5], 2)  # a third of it is under `low`
+        assert wanted is not None
         assert found == [[each.value, round(each.found, 3)] for each in wanted]
         assert false == [[each.value, round(each.false_alarms, 3)] for each in wanted]
         assert all(spent > 0.0 for _, spent in ms)

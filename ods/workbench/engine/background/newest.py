@@ -8,6 +8,8 @@ from typing import Generic, TypeVar
 AskT = TypeVar("AskT")
 AnswerT = TypeVar("AnswerT")
 log = logging.getLogger(__name__)
+IDLE_S = 30.0
+"""Without a request, after which what was kept for the next one is given back."""
 
 
 class Newest(Generic[AskT, AnswerT]):
@@ -17,10 +19,11 @@ class Newest(Generic[AskT, AnswerT]):
     """
 
     def __init__(
-        self, work: Callable[[AskT], AnswerT], deliver: Callable[[AskT, AnswerT], None],
-        fail: Callable[[AskT, Exception], None],
+        self, work: Callable[[AskT], AnswerT], tell: Callable[[AskT, AnswerT], None],
+        fail: Callable[[AskT, Exception], None], idle: Callable[[], object] = lambda: None, idle_s: float = IDLE_S,
     ) -> None:  # fmt: skip
-        self._work, self._deliver, self._fail = work, deliver, fail
+        """idle: called in that thread, too, once nothing was asked for so long, and at its end: gives back memory."""
+        self._work, self._tell, self._fail, self._idle, self._idle_s = work, tell, fail, idle, idle_s
         self._waiting: list[AskT] = []
         """One at most."""
         self._changed = threading.Condition()
@@ -55,16 +58,24 @@ class Newest(Generic[AskT, AnswerT]):
             self._changed.notify()
 
     def _run(self) -> None:
-        while True:
+        keeps = False
+        while not self._ends:
             with self._changed:
-                self._changed.wait_for(lambda: self._waiting or self._ends)
-                if self._ends:
-                    return
-                request = self._waiting.pop()
-            try:
-                answer = self._work(request)
-            except Exception as error:  # whatever a stage of the user's own may raise
-                log.debug("%s", error, exc_info=True)
-                self._fail(request, error)
-            else:
-                self._deliver(request, answer)
+                self._changed.wait_for(lambda: self.overtaken, self._idle_s if keeps else None)
+                asked = [] if self._ends else [self._waiting.pop() for _ in self._waiting[:1]]
+            for request in asked:
+                self._do(request)
+            if keeps and not asked:
+                self._idle()
+            keeps = bool(asked)
+        if keeps:
+            self._idle()
+
+    def _do(self, request: AskT) -> None:
+        try:
+            answer = self._work(request)
+        except Exception as error:  # whatever a stage of the user's own may raise
+            log.debug("%s", error, exc_info=True)
+            self._fail(request, error)
+        else:
+            self._tell(request, answer)

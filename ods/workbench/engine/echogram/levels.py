@@ -13,7 +13,6 @@ from ods.base.errors import OdsError
 from ods.messages import Ping, frame_of, seen_from_above
 from ods.plots.polar import decibels
 from ods.workbench.engine.data import Data
-from ods.workbench.engine.mission.marks import PAUSE_S
 
 MOST_COLUMNS, MOST_CELLS = 2048, 1024
 """Of an echogram, however long the mission is: 8 MB."""
@@ -57,26 +56,21 @@ def title_of(echogram: Echogram, beam: int | None) -> str:
 
 
 def read_echogram(
-    data: Data,
-    beam: int | None = None,
-    show: Callable[[Echogram], None] = lambda _: None,
-    give_up: Callable[[], bool] = lambda: False,
+    data: Data, beam: int | None = None, tell: Callable[[Echogram], bool] = lambda _: True
 ) -> Echogram | None:
     """Return the echogram of one beam, or of the highest level over all beams; None: given up. It reads all pings,
-    which lasts: not for the server's loop.
+    which lasts: not for the page's process.
 
-    show: gets what there is until now, from time to time.
+    tell: gets what there is until now, from time to time; returns whether to go on.
     """
     filling = Filling(len(data.pings), beam)
     shown_s = time.monotonic()
     for place in range(len(data.pings)):
-        if give_up():
-            return None
         with contextlib.suppress(OdsError):  # one that cannot be read is an empty column
             filling.add(place, data.pings[place])
-        time.sleep(PAUSE_S)
         if time.monotonic() - shown_s > SHOW_S:
-            show(filling.result())
+            if not tell(filling.result()):
+                return None
             shown_s = time.monotonic()
     return filling.result()
 

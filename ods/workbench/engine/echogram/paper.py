@@ -15,7 +15,7 @@ from ods.plots.style import ACCENT, BAD, GOOD, MARK, OTHER, WARN, drawn_in, outl
 from ods.workbench.engine.echogram.layers import TRUTH, Layers, Span, Way
 from ods.workbench.engine.echogram.levels import Echogram, title_of
 from ods.workbench.engine.files.folders import write_whole
-from ods.workbench.engine.files.openable.prints import PICTURES, config_hash, place_to_write
+from ods.workbench.engine.files.prints import PICTURES, config_hash, place_to_write
 from ods.workbench.model.state import State
 
 COLUMNS, CELLS = 1000, 600

@@ -1,15 +1,14 @@
-"""The echogram of what a state shows, read in the background: the newest wish only, and shown as it grows."""
+"""The echogram of what a state shows, read in a process of its own: the newest wish only, and shown as it grows."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from ods.base.computer.resident import give_back_freed
 from ods.base.errors import OdsError, one_line
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.engine.background.listeners import Listeners
 from ods.workbench.engine.background.newest import Newest
+from ods.workbench.engine.background.own_process import OwnProcess, in_own_process, whole
 from ods.workbench.engine.data import open_data
 from ods.workbench.engine.echogram.levels import Echogram, read_echogram
 from ods.workbench.model.state import DataReference, State
@@ -30,8 +29,13 @@ def wanted(state: State) -> Wanted:
     return Wanted(state.data, scene, state.view.echogram_beam)
 
 
+def read(tell: Callable[[Echogram], bool], wish: Wanted, folders: Sequence[Path]) -> Echogram | None:
+    """Return an echogram; None: given up. Raises OdsError. folders: that files may be read from."""
+    return read_echogram(open_data(wish.reference, wish.scene, folders), wish.beam, tell)
+
+
 class EchogramRun:
-    """Reads echograms in a thread of its own. What came of it stays here."""
+    """Reads echograms in a process of its own. What came of it stays here."""
 
     def __init__(self, folders: Sequence[Path]) -> None:
         """folders: that files may be read from."""
@@ -46,7 +50,8 @@ class EchogramRun:
         """Of what `result` was last read to the end."""
         self._folders = tuple(folders)
         self._listeners: Listeners[[]] = Listeners()
-        self._newest: Newest[Wanted, Echogram | None] = Newest(self._read, self._take, self._failed)
+        self._process = OwnProcess(read)
+        self._newest: Newest[Wanted, Echogram | None] = Newest(self._read, self._take, self._failed, self._process.end)
 
     @property
     def is_whole(self) -> bool:
@@ -65,7 +70,7 @@ class EchogramRun:
         wish = wanted(state)
         if self.result is not None and self.result_of == self._done == wish:
             return self.result
-        made = read_echogram(open_data(wish.reference, wish.scene, self._folders), wish.beam)
+        made = in_own_process(read, whole, wish, self._folders)
         if made is None:
             raise OdsError("echogram: cancelled")
         return made
@@ -79,18 +84,20 @@ class EchogramRun:
         self._newest.close()
 
     def _read(self, wish: Wanted) -> Echogram | None:
-        data = open_data(wish.reference, wish.scene, self._folders)
-        return read_echogram(data, wish.beam, partial(self._show, wish), lambda: self._newest.overtaken)
+        def tell(part: Echogram) -> bool:
+            self._show(wish, part)
+            return not self._newest.overtaken
+
+        return self._process(tell, wish, self._folders)
 
     def _show(self, wish: Wanted, part: Echogram) -> None:
         self.result, self.result_of = part, wish
         self._listeners.notify()
 
-    def _take(self, wish: Wanted, whole: Echogram | None) -> None:
-        if whole is not None:
+    def _take(self, wish: Wanted, made: Echogram | None) -> None:
+        if made is not None:
             self._done = wish
-            self._show(wish, whole)
-            give_back_freed()
+            self._show(wish, made)
 
     def _failed(self, wish: Wanted, error: Exception) -> None:
         if wish == self.asked:

@@ -12,7 +12,7 @@ from ods.base.errors import OdsError, reason_of
 from ods.base.files.in_file import content_of
 from ods.workbench.engine.files.folders import readable, write_whole
 from ods.workbench.engine.files.openable import ENDINGS
-from ods.workbench.engine.files.openable.user_folders import data_folder
+from ods.workbench.engine.files.user_folders import data_folder
 
 MOST_LISTED = 2_000
 """Of a folder's entries: of one with more the rest is not looked at."""

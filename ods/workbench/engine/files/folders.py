@@ -9,7 +9,7 @@ from typing import BinaryIO
 
 from ods.base.errors import OdsError, reason_of
 from ods.base.files.shipped import FOLDER as SHIPPED
-from ods.workbench.engine.files.openable.user_folders import data_folder
+from ods.workbench.engine.files.user_folders import data_folder
 
 
 class FolderError(OdsError):

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import msgspec
 
 from ods import __version__
-from ods.base.files.shipped import FOLDER as SHIPPED
-from ods.sim_sonar.by_name import find_scene
+from ods.base.files.shipped import FOLDER as SHIPPED, shipped_file
+from ods.base.settings_file import load
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.engine.files.openable import Openable, openable
 from ods.workbench.model.scene.edits import scene_of
@@ -66,7 +66,7 @@ def exhibits(folders: Sequence[Path]) -> list[Exhibit]:
 
 def _simulated() -> list[Exhibit]:
     return [
-        Exhibit(key, title, look, find_scene(scene).file if isinstance(scene, str) else scene_of(scene))
+        Exhibit(key, title, look, _shipped(scene) if isinstance(scene, str) else scene_of(scene))
         for key, title, scene, look in (
             ("figure11", "Figure 11", "figure11_imperfect", _FIGURE_11),
             ("worked_example", "Worked example, figures 6 and 7", "worked_example", _WORKED),
@@ -75,6 +75,10 @@ def _simulated() -> list[Exhibit]:
             ("faults", "Bench with faults", _faults_scene(), _FAULTS),
         )
     ]
+
+
+def _shipped(name: str) -> SceneFile:
+    return load(shipped_file(f"scenes/{name}.toml"), SceneFile)
 
 
 class _Kind(NamedTuple):
@@ -97,7 +101,7 @@ def _recorded(kind: _Kind, found: Sequence[Openable]) -> Exhibit:
 
 
 def _faults_scene() -> dict[str, object]:
-    tables = short_tables(find_scene("faults").file)
+    tables = short_tables(_shipped("faults"))
     lost = {"range_m": 50.0, "width_m": 1000.0, "gain_db": -60.0, "pings": LOST}
     return tables | {"image": tables.get("image", {}) | {"dropouts": [lost]}}
 

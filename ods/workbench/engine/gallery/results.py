@@ -14,7 +14,7 @@ from ods.base.errors import OdsError
 from ods.base.files.in_file import content_of
 from ods.base.files.ownership import is_safe
 from ods.workbench.engine.background.own_process import GoesOn, in_own_process, whole
-from ods.workbench.engine.files.openable.user_folders import cache_folder
+from ods.workbench.engine.files.user_folders import cache_folder
 from ods.workbench.engine.gallery.exhibits import Exhibit, ExhibitResult
 from ods.workbench.model.state import State
 

@@ -39,6 +39,11 @@ def gap_marks(data: Data, give_up: Callable[[], bool] = lambda: False) -> list[M
         with contextlib.suppress(OdsError):  # the page of such a ping shows why it cannot be read
             numbers.append((place, data.pings[place].ping_number))
         time.sleep(PAUSE_S)
+    return gaps_between(numbers)
+
+
+def gaps_between(numbers: Sequence[tuple[int, int]]) -> list[Mark]:
+    """Return where numbers are left out; numbers: place and number of each ping that can be read, in order."""
     missing = ((place, after - before - (place - former)) for (former, before), (place, after) in pairwise(numbers))
     return [Mark(place, "gap", f"{count} ping{'s' * (count > 1)} missing") for place, count in missing if count > 0]
 

@@ -1,4 +1,4 @@
-"""The whole mission again, in the background: chain and tracker as on board, with what was found kept between runs."""
+"""The whole mission again, in a process of its own: chain and tracker as on board, what was found kept between runs."""
 
 import time
 from collections import Counter
@@ -17,6 +17,7 @@ from ods.tracker.map.map_object import MapObject
 from ods.tracker.mission import MissionTracker
 from ods.workbench.engine.background.listeners import Listeners
 from ods.workbench.engine.background.newest import Newest
+from ods.workbench.engine.background.own_process import OwnProcess
 from ods.workbench.engine.data import Data, open_data
 from ods.workbench.engine.mission.tracked import Beside, Collecting, Tracked
 from ods.workbench.model.state import DataReference, State
@@ -55,7 +56,7 @@ def wanted(state: State) -> Wanted:
 
 
 class Rerun:
-    """Runs the newest wish, in a thread of its own; one that is overtaken is given up. What came of it stays here."""
+    """Runs the newest wish, in a process of its own; one that is overtaken is given up. What came of it stays here."""
 
     def __init__(self, folders: Sequence[Path]) -> None:
         """folders: that files may be read from."""
@@ -68,10 +69,9 @@ class Rerun:
         """Why nothing came of what was asked for last; one line."""
         self.progress: Progress | None = None
         """None: nothing runs."""
-        self._folders = tuple(folders)
         self._listeners: Listeners[[]] = Listeners()
-        self._kept: _Detections | None = None
-        self._newest: Newest[Wanted, Tracked | None] = Newest(self._run, self._done, self._failed)
+        self._process = OwnProcess(MissionRuns(tuple(folders)))
+        self._newest: Newest[Wanted, Tracked | None] = Newest(self._run, self._done, self._failed, self._process.end)
 
     def ask(self, wish: Wanted) -> None:
         """Run this, instead of what runs or waits, unless it was asked for last."""
@@ -79,11 +79,6 @@ class Rerun:
             self.asked, self.error, self.progress = wish, "", Progress(0, 0, True)
             self._newest.ask(wish)
             self._listeners.notify()
-
-    @property
-    def data(self) -> Data | None:
-        """That were tracked last; None: none were opened."""
-        return None if self._kept is None else self._kept.data
 
     def listen(self, changed: Callable[[], None]) -> Callable[[], None]:
         """Call `changed`, in the thread, whenever there is something new here; what is returned ends that."""
@@ -110,17 +105,35 @@ class Rerun:
 
     def _run(self, wish: Wanted) -> Tracked | None:
         """Return what came of a mission; None: given up."""
+
+        def tell(progress: Progress) -> bool:
+            if wish == self.asked:
+                self.progress = progress
+                self._listeners.notify()
+            return not self._newest.overtaken
+
+        return self._process(tell, wish)
+
+
+class MissionRuns:
+    """Tracks one mission after the other, and keeps what the chain found in the last."""
+
+    def __init__(self, folders: Sequence[Path]) -> None:
+        """folders: that files may be read from."""
+        self._folders = folders
+        self._kept: _Detections | None = None
+
+    def __call__(self, tell: Callable[[Progress], bool], wish: Wanted) -> Tracked | None:
+        """Return what came of a mission; None: given up. Raises RerunError, OdsError."""
         detections = self._detections(wish)
         tracking, collecting = Tracking(wish.settings), Collecting()
         told_s = 0.0
         for found in detections:
-            if self._newest.overtaken:
-                return None
             collecting.add(found, tracking.list_of(found))
             if (now_s := time.monotonic()) - told_s >= PROGRESS_S:
                 told_s, done = now_s, len(collecting)
-                self.progress = Progress(done, len(detections), done == len(detections.found))
-                self._listeners.notify()
+                if not tell(Progress(done, len(detections), done == len(detections.found))):
+                    return None
         data = detections.data
         counters = detections.counters + tracking.counters
         beside = Beside(

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from ods.base.arrays import Floats
 from ods.base.frames import geometry
@@ -89,5 +88,7 @@ def _hull(points: Floats) -> Floats:
     if np.linalg.matrix_rank(spread, tol=1e-6 * max(1.0, float(np.abs(spread).max()))) < 2:
         along = np.lexsort(points.T)
         return np.asarray(points[[along[0], along[-1]]])
+    from scipy.spatial import ConvexHull  # 40 MB: only where plans are made
+
     around = points[ConvexHull(points).vertices]
     return np.vstack([around, around[:1]])

@@ -11,6 +11,12 @@ from ods.workbench.model.words import sentence
 Changed = Callable[[Any], object]
 
 
+class _Slider(ui.slider):
+    """The browser moves it at once; for an answer it would go through all of the page before the picture."""
+
+    LOOPBACK = False
+
+
 class ControlRow:
     """Widgets of one setting. `changed` gets the value that the user gives; `show` takes what the state has."""
 
@@ -47,7 +53,7 @@ class ControlRow:
     def _build(self) -> None:
         by, marker = self._control.by, self._control.path
         if isinstance(by, Number):
-            self._slider = ui.slider(min=0, max=by.places - 1, step=1, value=0, on_change=self._slid)
+            self._slider = _Slider(min=0, max=by.places - 1, step=1, value=0, on_change=self._slid)
             self._slider.props("dense").classes("grow min-w-16 mr-2").mark(f"slider {marker}")
             self._field = ui.number(value=None).props("dense borderless").classes("w-16 shrink-0")
             self._field.on("change", self._written).on("keydown.enter", self._written)

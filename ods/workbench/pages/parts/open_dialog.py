@@ -12,9 +12,10 @@ from nicegui.elements.upload import Upload
 from nicegui.events import UploadEventArguments
 
 from ods.base.files.shipped import FOLDER as SHIPPED
+from ods.workbench.engine.files import browsing, uploads
+from ods.workbench.engine.files.browsing import Entry
 from ods.workbench.engine.files.folders import uploads_folder
-from ods.workbench.engine.files.openable import ENDINGS, browsing, opening, uploads
-from ods.workbench.engine.files.openable.browsing import Entry
+from ods.workbench.engine.files.openable import ENDINGS, opening
 from ods.workbench.model.actions import OpenData
 from ods.workbench.model.state import State
 from ods.workbench.session import Session

@@ -7,8 +7,8 @@ from nicegui import ui
 from nicegui.events import KeyEventArguments
 
 from ods.workbench.engine.background.newest import Newest
-from ods.workbench.engine.data import Data
-from ods.workbench.engine.mission.marks import Kind, Mark, bookmark_marks, gap_marks, thinned, track_marks
+from ods.workbench.engine.mission.marks import Kind, Mark, bookmark_marks, thinned, track_marks
+from ods.workbench.engine.mission.moments import Moments
 from ods.workbench.engine.mission.rerun import wanted
 from ods.workbench.model.actions import ShowPing
 from ods.workbench.model.state import State
@@ -33,20 +33,20 @@ SIGNS: dict[Kind, tuple[str, str]] = {
 
 
 class Timeline:
-    """One row. `show` takes the data and the ping that is shown."""
+    """One row. `show` takes when pings were, and the ping that is shown."""
 
     def __init__(self, session: Session, is_ready: Callable[[], bool], hold: Callable[[bool], None]) -> None:
         """is_ready: whether the page shows what was asked for last, so that playing may go on; hold: called when the
         hand drags the timeline, and that it has let go."""
         self._session, self._is_ready, self._hold = session, is_ready, hold
-        self._data: Data | None = None
+        self._moments: Moments | None = None
         self._gaps: list[Mark] = []
         self._drawn: tuple[int, list[tuple[Mark, bool]]] = (0, [])
         """The last place, and the marks that are shown, with those that are dimmed."""
         self._rerun = rerun_of(session)
         with ui.row().classes("w-full items-end no-wrap gap-2"):
             self._build()
-        self._reader: Newest[Data, list[Mark]] = Newest(self._read, self._found, lambda *_: None)
+        self._reader: Newest[Moments, list[Mark]] = Newest(self._read, self._found, lambda *_: None)
         client = ui.context.client
         client.on_delete(self._reader.close)
         client.on_delete(self._rerun.listen(lambda: in_loop(self._bar, self._draw)))
@@ -64,16 +64,14 @@ class Timeline:
             self._ping = Scrubber(self._scrub).mark("ping")
         self._time = ui.label("").classes("text-sm w-56 text-right")
 
-    def show(self, data: Data, place: int) -> None:
-        """Show where in the data the ping is."""
-        count = len(data.pings)
-        self._ping.show(place, max(count - 1, 1))
-        when = f", {data.t_s(place):.2f} s" if data.timed else ""
-        self._time.set_text(f"ping {place} of {count}{when}")
-        if data is not self._data:
-            self._data, self._gaps = data, []
-            if data.reference.kind == "file":
-                self._reader.ask(data)
+    def show(self, moments: Moments, place: int) -> None:
+        """Show where among the pings one is."""
+        self._ping.show(place, max(moments.count - 1, 1))
+        when = "" if moments.t_s is None else f", {moments.t_s(place):.2f} s"
+        self._time.set_text(f"ping {place} of {moments.count}{when}")
+        if moments is not self._moments:
+            self._moments, self._gaps = moments, []
+            self._reader.ask(moments)
             self._draw()
         self._set_speed()
 
@@ -81,9 +79,9 @@ class Timeline:
         """Do what a key says: play and stop, or another ping."""
         if event.key.name == " " and not event.action.repeat:
             self.toggle_play()
-        elif self._data is not None and event.key.name in STEPS:
+        elif self._moments is not None and event.key.name in STEPS:
             step = STEPS[event.key.name] * (10 if event.modifiers.shift else 1)
-            self._go(min(max(self._session.state.ping + step, 0), len(self._data.pings) - 1))
+            self._go(min(max(self._session.state.ping + step, 0), self._moments.count - 1))
 
     def toggle_play(self) -> None:
         """Play, or stop."""
@@ -91,12 +89,12 @@ class Timeline:
         self._play.set_icon("pause" if self._plays.active else "play_arrow")
 
     def _set_speed(self) -> None:
-        self._plays.interval = ((self._data and self._data.period_s) or PLAY_S) / self._speed.value
+        self._plays.interval = ((self._moments and self._moments.period_s) or PLAY_S) / self._speed.value
 
     def _next(self) -> None:
         """Show the next ping, once this one is shown."""
-        if self._data is not None and self._is_ready():
-            self._session.do(ShowPing((self._session.state.ping + 1) % len(self._data.pings)))
+        if self._moments is not None and self._is_ready():
+            self._session.do(ShowPing((self._session.state.ping + 1) % self._moments.count))
 
     def _scrub(self, place: int, held: bool) -> None:
         self._go(place)
@@ -111,12 +109,12 @@ class Timeline:
         self._rerun.ask(wanted(self._session.state))
         self._draw()
 
-    def _read(self, data: Data) -> list[Mark]:
-        return gap_marks(data, lambda: self._reader.overtaken)
+    def _read(self, moments: Moments) -> list[Mark]:
+        return moments.gaps(lambda: self._reader.overtaken)
 
-    def _found(self, data: Data, marks: list[Mark]) -> None:
+    def _found(self, moments: Moments, marks: list[Mark]) -> None:
         def take() -> None:
-            if data is self._data:
+            if moments is self._moments:
                 self._gaps = marks
                 self._draw()
 
@@ -128,10 +126,10 @@ class Timeline:
 
     def _draw(self) -> None:
         """Show all marks that are known; those of objects that other settings found are dimmed."""
-        rerun, wish, data = self._rerun, wanted(self._session.state), self._data
+        rerun, wish, moments = self._rerun, wanted(self._session.state), self._moments
         runs = rerun.progress is not None
         self._track.props(add="loading") if runs else self._track.props(remove="loading")
-        last = 0 if data is None else len(data.pings) - 1
+        last = 0 if moments is None else moments.count - 1
         result, of = rerun.result, rerun.result_of
         tracks = track_marks(result) if result is not None and of is not None and of[:2] == wish[:2] else []
         known = [*self._gaps, *tracks, *bookmark_marks(self._session.state.bookmarks)] if last else []

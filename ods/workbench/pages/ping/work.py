@@ -84,7 +84,9 @@ class Work:
         self._lock = threading.Lock()
         self.asked, self.answered = 0, 0
         """Numbers of requests; equal when nothing is computed."""
-        self._newest: Newest[tuple[int, State], Answer] = Newest(self._answer, self._tell, self._fail)
+        self._newest: Newest[tuple[int, State], Answer] = Newest(
+            self._answer, self._tell, self._fail, idle=give_back_freed, idle_s=IDLE_S
+        )
         self._visible, self._waits = True, False
         self.held = False
         """Whether the timeline is dragged just now: pictures only, and no costs."""
@@ -193,8 +195,6 @@ class Work:
         self.answered, self._since = request[0], time.monotonic()
         self._hearer.answered_with(answer)
         self._tell_costs(answer)
-        if self._newest.rests(IDLE_S):
-            give_back_freed()
 
     def _tell_costs(self, answer: Answer) -> None:
         opened, state = self._opened, answer.state

@@ -2,15 +2,13 @@
 
 import threading
 from collections.abc import Callable
-from typing import NamedTuple
 
 from nicegui import run, ui
 
-from ods.sim_sonar.by_name import find_sonar
-from ods.simulate.speed import QUICK, TABLE_1, parts_of
-from ods.workbench.engine.background.own_process import in_own_process
+from ods.workbench.engine.background.own_process import in_own_process, whole
+from ods.workbench.engine.scene.cost import Cost, cost_of
 from ods.workbench.engine.scene.rehearsal import Rehearsal, rehearse_file
-from ods.workbench.engine.scene.view import SceneError, built
+from ods.workbench.engine.scene.view import SceneError
 from ods.workbench.pages.scene import charts
 from ods.workbench.session import Session
 from ods.workbench.web.follow import in_loop
@@ -19,30 +17,13 @@ PROGRESS_STEP = 0.02
 """Share of a mission between two words about how far it is."""
 
 
-class Cost(NamedTuple):
-    """CPU times of one image."""
-
-    parts_ms: dict[str, float]
-    """Under the names of table 1."""
-    period_s: float
-
-
-def cost_of(session: Session) -> Cost:
-    """Measure the parts of an image of the scene: a second or so. Raises OdsError."""
-    state = session.state
-    if state.scene is None:
-        raise SceneError("scene: none is open")
-    sonar = find_sonar(state.data.sonar)
-    return Cost(parts_of(sonar, built(state.scene), QUICK), sonar.ping_period_s)
-
-
 def build_cost(session: Session) -> None:
     """Build the cost bar, and the button that measures."""
 
     async def measure() -> None:
         button.props("loading")
         try:
-            if (cost := await run.io_bound(cost_of, session)) is not None:  # None: the server ends
+            if (cost := await run.io_bound(_cost, session)) is not None:  # None: the server ends
                 show(cost)
         finally:
             button.props(remove="loading")
@@ -51,7 +32,7 @@ def build_cost(session: Session) -> None:
         bar.set_visibility(True)
         parts = [(name, ms) for name, ms in cost.parts_ms.items() if name != "total"]
         charts.show(bar, charts.bars(parts, 1e3 * cost.period_s))
-        paper = ", ".join(f"{name} {TABLE_1[name]} s" for name in TABLE_1)
+        paper = ", ".join(f"{name} {taken_s} s" for name, taken_s in cost.paper_s.items())
         total = cost.parts_ms["total"]
         line.set_text(
             f"One image: {total:.1f} ms of CPU, {total / cost.period_s / 10.0:.1f} % of the ping's period. "
@@ -64,6 +45,13 @@ def build_cost(session: Session) -> None:
     bar = ui.echart({}).classes("w-full h-36")
     bar.set_visibility(False)
     line = ui.label().classes("text-xs opacity-70").mark("cost")
+
+
+def _cost(session: Session) -> Cost:
+    state = session.state
+    if state.scene is None:
+        raise SceneError("scene: none is open")
+    return in_own_process(cost_of, whole, state.scene, state.data.sonar)
 
 
 def build_rehearsal(session: Session, shown: Callable[[Rehearsal | None], None]) -> None:

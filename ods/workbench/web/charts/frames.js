@@ -1,5 +1,5 @@
 // The page's link to the server: images of all views come over one WebSocket, pulled: the next is asked for once the last
-// is drawn. A view has a `channel`, and: isShown(), have(), wantedCells(), show(frame), drawIfNew().
+// is drawn, and shown. A view has a `channel`, and: isShown(), have(), wantedCells(), show(frame), drawIfNew().
 
 const views = new Set();
 let socket = null;
@@ -45,8 +45,6 @@ function take(message) {
     }
     for (const view of views) if (view.channel === frame.key) view.show(frame);
   }
-  requestAnimationFrame(() => {
-    for (const view of views) view.drawIfNew();
-    request();
-  });
+  for (const view of views) view.drawIfNew(); // at once: it need not wait for a frame, only be there for the next
+  requestAnimationFrame(request);
 }
