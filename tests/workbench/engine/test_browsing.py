@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from ods.base.errors import OdsError
-from ods.workbench.engine.files.openable import browsing
+from ods.workbench.engine.files import browsing
 
 
 def test_folders_and_known_files_are_listed_and_nothing_that_leads_elsewhere(tmp_path: Path) -> None:
