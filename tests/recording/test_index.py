@@ -104,7 +104,7 @@ def test_an_index_that_lies_gives_a_message_or_one_line(tmp_path: Path, what: st
     if what in ("more than there can be", "another channel"):
         assert chunks.message(places[0]) == b"\x80"
     else:
-        with pytest.raises(RecordingError, match=r"a\.mcap: no message"):
+        with pytest.raises(RecordingError, match=r"a\.mcap: the index points to a message"):
             chunks.message(places[0])
 
 

@@ -52,7 +52,7 @@ def test_absurd_numbers(tmp_path: Path, place: int, code: str, value: float) -> 
     data = bytearray(PACKETS[0])
     struct.pack_into(f"<{code}", data, place, value)
     struct.pack_into("<I", data, 20, 0)  # no checksum tells
-    with pytest.raises(PingFileError, match="no whole image of a Norbit WBMS"):
+    with pytest.raises(PingFileError, match="no complete image of a Norbit WBMS"):
         open_pings(written(tmp_path / "bad.wbms", data))
 
 

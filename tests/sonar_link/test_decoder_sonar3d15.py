@@ -44,7 +44,7 @@ def test_cut_off_damaged_and_foreign(tmp_path: Path) -> None:
 
 
 def test_no_image_in_it(tmp_path: Path) -> None:
-    with pytest.raises(PingFileError, match="no whole range image of a Sonar 3D-15 in it"):
+    with pytest.raises(PingFileError, match="no complete range image of a Sonar 3D-15 in it"):
         open_pings(written(tmp_path / "a.sonar", b"RIP2" + bytes(100)))
 
 
