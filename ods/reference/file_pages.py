@@ -21,8 +21,9 @@ def file_pages() -> dict[str, str]:
     """Return the pages: name and text."""
     scene = tables(SceneFile, TOP, {})
     images = [(path, text) for path, text in scene if path.startswith(f"{TOP}.image")]
-    detectors = [name for name in stage_names() if name.startswith("detect.")]
-    others = [name for name in stage_names() if name not in detectors]
+    stages = [name for name in stage_names() if find_stage(name).params.__module__.startswith("ods.pipeline.")]
+    detectors = [name for name in stages if name.startswith("detect.")]
+    others = [name for name in stages if name not in detectors]
     shared = f"\n## All detectors\n\n{inspect.getdoc(GroupParams)}\n\n{key_table(GroupParams)}"
     return {
         "configuration/stages.md": _stages("Stages: equalizers and filters", others),
