@@ -70,11 +70,8 @@ class _Page:
         panel = ui.context.slot.parent
         self._waits: Answer | None = None
         self._work = Work(session, self)
-        with (
-            ui.splitter(value=0, limits=(0, 900), on_change=self._set_width)
-            .props("unit=px")
-            .classes("w-full") as self._root
-        ):
+        with ui.splitter(value=0, limits=(0, 900)).props("unit=px").classes("w-full") as self._root:
+            self._root.on("update:model-value", self._set_width)  # by the user only
             with self._root.before:
                 self._column = ui.column().classes("w-full gap-1 overflow-y-auto pr-2").style(f"max-height: {WINDOW}")
             with self._column:
@@ -184,7 +181,9 @@ class _Page:
         view = self._session.state.view
         if self._root.value is None:
             self._root.set_value(view.chain_px)
-        elif not view.large:
+        elif view.large:
+            self._root.set_value(0)  # the end of a drag that comes late
+        else:
             self._view("chain_px", int(min(max(self._root.value, 280), 900)))
 
     def _view(self, name: str, value: object) -> None:
