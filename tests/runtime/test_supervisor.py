@@ -191,7 +191,7 @@ def test_delays_grow_to_the_longest_and_begin_anew_after_work(tmp_path: Path, ca
             child.step(now_s)
         now_s += 3.0
     child.reap(0.0)
-    delays = [float(match[1]) for text in caplog.messages if (match := re.search(r"again in (\S+) s", text))]
+    delays = [float(match[1]) for text in caplog.messages if (match := re.search(r"restarting it in (\S+) s", text))]
     assert delays == [0.5, 1.0, 2.0, 3.0, 0.5, 1.0]
 
 

@@ -85,11 +85,11 @@ def _path_of(kind: type, value: object) -> object:
     return kind(str(value))
 
 
-def _badness(choice: Choice) -> tuple[int, float]:
+def _badness(choice: Choice) -> tuple[bool, float]:
+    """Return the key to sort by: collisions come before least clearances."""
     outcome = choice.outcome
     assert outcome is not None
-    order = {"collision": 0, "time-out": 2, "success": 1}
-    return order[outcome.ending], math.inf if outcome.clearance_m is None else outcome.clearance_m
+    return outcome.ending != "collision", math.inf if outcome.clearance_m is None else outcome.clearance_m
 
 
 def fly(tell: GoesOn, choice: Choice) -> Voyage | None:

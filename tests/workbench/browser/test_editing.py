@@ -100,7 +100,8 @@ def drag(window: webdriver.Chrome, element: WebElement, start: tuple[float, floa
 
 def done(window: webdriver.Chrome) -> str:
     """Return what the undo button would undo."""
-    return window.find_element(By.CSS_SELECTOR, "header button").text.split("\n")[-1]
+    texts = [button.text.split("\n") for button in window.find_elements(By.CSS_SELECTOR, "header button")]
+    return next(lines[-1] for lines in texts if lines[0] == "undo")
 
 
 def test_the_ruler_measures_in_a_plan(page: webdriver.Chrome) -> None:
