@@ -177,14 +177,11 @@ class _Page:
         self._view("large", not self._session.state.view.large)
 
     def _set_width(self) -> None:
-        """Keep the width that the user drags, within what is of use; a drag too quick for Quasar has none."""
-        view = self._session.state.view
-        if self._root.value is None:
-            self._root.set_value(view.chain_px)
-        elif view.large:
-            self._root.set_value(0)  # the end of a drag that comes late
-        else:
+        """Keep the width that the user drags, also if the pictures have the window by then; too quick a drag has none."""
+        if self._root.value:
             self._view("chain_px", int(min(max(self._root.value, 280), 900)))
+        view = self._session.state.view
+        self._root.set_value(0 if view.large else view.chain_px)
 
     def _view(self, name: str, value: object) -> None:
         if value is not None and getattr(self._session.state.view, name) != value:
