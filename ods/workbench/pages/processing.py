@@ -177,7 +177,7 @@ class _Page:
         self._view("large", not self._session.state.view.large)
 
     def _set_width(self) -> None:
-        """Keep the width that the user drags, also if the pictures have the window by then; too quick a drag has none."""
+        """Keep the width that the user drags, also if the pictures have the window by then; a quick one has none."""
         if self._root.value:
             self._view("chain_px", int(min(max(self._root.value, 280), 900)))
         view = self._session.state.view
