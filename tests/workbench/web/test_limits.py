@@ -71,8 +71,11 @@ def test_of_very_many_the_oldest_goes(address: tuple[str, int], monkeypatch: pyt
 
 
 def test_a_second_half_request_on_the_same_connection_is_not_waited_for_either(address: tuple[str, int]) -> None:
-    line = connected(address, HALF + b"\r\n")
-    assert b"200" in line.recv(4096)
+    line, answered = connected(address, HALF + b"\r\n"), b""
+    while not answered.endswith(b"\r\n\r\nok"):  # head and body may come apart
+        part = line.recv(4096)
+        assert part
+        answered += part
     line.sendall(HALF)
     assert is_closed(line)
 
