@@ -12,7 +12,7 @@ from selenium.webdriver.remote.webelement import WebElement
 
 from tests.workbench.browser.conftest import SCENE, Shared
 from tests.workbench.browser.test_narrow import SIDEWAYS
-from tests.workbench.browser.waiting import open_menu, press, unfold, until, wait_for
+from tests.workbench.browser.waiting import click, open_menu, press, unfold, until, wait_for
 
 pytestmark = pytest.mark.slow
 
@@ -113,7 +113,7 @@ def test_saving_proposes_a_free_name_and_follows(window: webdriver.Chrome, share
     press(window, "Save ...")
     named = "return document.querySelector('.q-dialog input')?.value"
     until(lambda: window.execute_script(named) == str(shared.folder / "scene.toml"))
-    next(item for item in window.find_elements(By.CSS_SELECTOR, ".q-dialog button") if item.text == "Save").click()
+    click(window, ".q-dialog button", "Save")
     wait_for(window, "scene scene.toml")
     text = (shared.folder / "scene.toml").read_text()
     assert re.search(r"position_ned = \[42.5, ", text)

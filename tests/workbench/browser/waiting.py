@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from selenium import webdriver
+from selenium.common.exceptions import ElementClickInterceptedException, StaleElementReferenceException
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -32,15 +33,28 @@ def wait_for(window: webdriver.Chrome, text: str) -> None:
         time.sleep(0.1)
 
 
+def click(window: webdriver.Chrome, selector: str, label: str = "") -> None:
+    """Click at the element that is seen and whose text ends so, as soon as nothing that moves in covers it."""
+
+    def clicked() -> bool:
+        try:
+            found = window.find_elements(By.CSS_SELECTOR, selector)
+            next(each for each in found if each.is_displayed() and each.text.strip().endswith(label)).click()
+        except (ElementClickInterceptedException, StaleElementReferenceException, StopIteration):
+            return False
+        return True
+
+    until(clicked)
+
+
 def open_menu(window: webdriver.Chrome, name: str) -> None:
     """Click at a tab."""
-    next(tab for tab in window.find_elements(By.CSS_SELECTOR, ".q-tab") if name in tab.text).click()
+    click(window, ".q-tab", name)
 
 
 def press(window: webdriver.Chrome, label: str) -> None:
     """Click at the button of that name that is seen."""
-    buttons = window.find_elements(By.CSS_SELECTOR, "button, .q-btn, .q-item")
-    next(button for button in buttons if button.is_displayed() and button.text.strip().endswith(label)).click()
+    click(window, "button, .q-btn, .q-item", label)
 
 
 def unfold(window: webdriver.Chrome, icon: str = "visibility") -> None:
