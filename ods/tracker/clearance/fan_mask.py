@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Mask
+from ods.base.arrays import Bytes, Mask
 from ods.messages import Detection, Sector, UnseenPart
 from ods.tracker.measurement.scan import NOT_SWEPT
 
@@ -24,16 +24,11 @@ class FanMask(NamedTuple):
     heard: Mask
     """Something was heard there."""
 
-    def at(self, bearing: Floats, range_m: Floats) -> tuple[Mask, Mask]:
-        """Return both at places; outside of the sector neither."""
-        low, high = self.sector.bearing_min_rad, self.sector.bearing_max_rad
-        near, far = self.sector.range_min_m, self.sector.range_max_m
-        shown = np.zeros((BEARINGS + 2, RANGES + 2), np.uint8)  # outside is a rim of nothing
+    def shown(self) -> Bytes:
+        """Return (BEARINGS + 2, RANGES + 2) 1 where it is empty, 2 where something was heard, in a rim of nothing."""
+        shown = np.zeros((BEARINGS + 2, RANGES + 2), np.uint8)
         shown[1:-1, 1:-1] = self.empty + 2 * self.heard
-        column = np.clip((bearing - low) * (BEARINGS / (high - low)) + 1.0, 0.0, BEARINGS + 1.0).astype(np.intp)
-        row = np.clip((range_m - near) * (RANGES / (far - near)) + 1.0, 0.0, RANGES + 1.0).astype(np.intp)
-        at = shown.ravel()[column * (RANGES + 2) + row]
-        return (at & 1).astype(bool), (at & 2).astype(bool)
+        return shown
 
 
 def fan_mask(
