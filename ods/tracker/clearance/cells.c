@@ -5,38 +5,55 @@
 
 typedef double TurnRow[3];
 
-/* Returns which of `count` + 2 cells a place is in, the first and the last of which are beyond both borders. */
-static inline int32_t cell_at(double place, int64_t count)
+/* A fan's borders, and the cells of what it showed, with a rim of nothing. */
+typedef struct {
+    double first_rad, per_rad, first_m, per_m, bearings, ranges;
+} FanCells;
+
+/* A row of cells of the layer, in the frame of the head: where it begins, and what it goes on by, m. */
+typedef struct {
+    double forward, starboard, down, step_forward, step_starboard, step_down;
+} LayerRow;
+
+/* Sets `at` to the cells of the fan that a row's are in, `room` to the half height of the fan there less the height of
+   the layer's own borders, m. */
+static void look_along(LayerRow row, FanCells fan, double sine, double half_height_m, int64_t columns,
+                       int32_t *restrict at, double *restrict room)
 {
-    return (int32_t)smaller(larger(place + 1.0, 0.0), (double)count + 1.0);
+    for (int64_t j = 0; j < columns; j++) {
+        const double step = (double)(int32_t)j, forward = row.forward + step * row.step_forward;
+        const double starboard = row.starboard + step * row.step_starboard, down = row.down + step * row.step_down;
+        const double range = sqrt(forward * forward + starboard * starboard + down * down);
+        const double beam = (arctangent(starboard, forward) - fan.first_rad) * fan.per_rad + 1.0;
+        const double sample = (range - fan.first_m) * fan.per_m + 1.0;
+        at[j] = (int32_t)smaller(larger(beam, 0.0), fan.bearings + 1.0) * (int32_t)(fan.ranges + 2.0) +
+                (int32_t)smaller(larger(sample, 0.0), fan.ranges + 1.0);
+        room[j] = range * sine - fabs(down) - half_height_m;
+    }
 }
 
 /* Tells of cells of the layer around the vehicle whether a ping showed them to be empty, or heard something there, and
-   how much is seen above and below the layer there, m: `empty`, `heard`, `room`. The fan: `FanMask`, with a rim of
-   nothing; cells and head: `Layer` of free_grid.py. */
+   how much is seen above and below the layer there, m: `empty`, `heard`, `room`. `shown`: of `FanMask`, with its rim;
+   cells and head: `_Layer` of free_grid.py. */
 KERNEL(layer_in_fan,
        "u1[:,:] shown, float bearing_min_rad, float bearing_max_rad, float range_min_m, float range_max_m, "
        "float half_vertical_sine, float half_height_m, f8[3,3] turned, float north_m, float east_m, float down_m, "
        "float cell_m, out b1[rows,columns] empty, out b1[rows,columns] heard, out f8[rows,columns] room")
 {
-    const int64_t bearings = SIZE(0, 0) - 2, ranges = SIZE(0, 1) - 2, rows = SIZE(12, 0), columns = SIZE(12, 1);
-    const double per_rad = (double)bearings / (FLOAT(2) - FLOAT(1)), per_m = (double)ranges / (FLOAT(4) - FLOAT(3));
-    const TurnRow *turned = ARRAY(const TurnRow, 7);
-    const double below = FLOAT(10);
+    const double bearings = (double)(SIZE(0, 0) - 2), ranges = (double)(SIZE(0, 1) - 2);
+    const FanCells fan = {FLOAT(1), bearings / (FLOAT(2) - FLOAT(1)), FLOAT(3), ranges / (FLOAT(4) - FLOAT(3)),
+                          bearings, ranges};
+    const TurnRow *to_ned = ARRAY(const TurnRow, 7);
+    const int64_t rows = SIZE(12, 0), columns = SIZE(12, 1);
+    const double east = FLOAT(9), below = FLOAT(10), cell = FLOAT(11);
     int32_t *at = SCRATCH(int32_t, columns);
-    for (int64_t i = 0; i < rows && bearings > 0 && ranges > 0; i++) {
-        const double north = FLOAT(8) + (double)i * FLOAT(11);
-        double *restrict room = ARRAY(double, 14) + i * columns;
-        for (int64_t j = 0; j < columns; j++) {
-            const double east = FLOAT(9) + (double)j * FLOAT(11);
-            const double forward = turned[0][0] * north + turned[1][0] * east + turned[2][0] * below;
-            const double starboard = turned[0][1] * north + turned[1][1] * east + turned[2][1] * below;
-            const double down = turned[0][2] * north + turned[1][2] * east + turned[2][2] * below;
-            const double range = sqrt(forward * forward + starboard * starboard + down * down);
-            const int32_t column = cell_at((arctangent(starboard, forward) - FLOAT(1)) * per_rad, bearings);
-            at[j] = column * (int32_t)(ranges + 2) + cell_at((range - FLOAT(3)) * per_m, ranges);
-            room[j] = range * FLOAT(5) - fabs(down) - FLOAT(6);
-        }
+    for (int64_t i = 0; i < rows && bearings > 0.0 && ranges > 0.0; i++) {
+        const double north = FLOAT(8) + (double)i * cell;
+        double begin[3];
+        for (int k = 0; k < 3; k++)
+            begin[k] = to_ned[0][k] * north + to_ned[1][k] * east + to_ned[2][k] * below;
+        const LayerRow row = {begin[0], begin[1], begin[2], to_ned[1][0] * cell, to_ned[1][1] * cell, to_ned[1][2] * cell};
+        look_along(row, fan, FLOAT(5), FLOAT(6), columns, at, ARRAY(double, 14) + i * columns);
         for (int64_t j = 0; j < columns; j++) {
             const uint8_t shown = ARRAY(uint8_t, 0)[at[j]];
             ARRAY(bool, 12)[i * columns + j] = shown & 1;

@@ -35,7 +35,7 @@ def fan_mask(
     sector: Sector,
     processed_ranges_m: Sequence[tuple[float, float]],
     unseen: Sequence[UnseenPart],
-    echoes: Sequence[Detection],
+    echoes: Sequence["Extent"],
     turn_rad: float = 0.0,
 ) -> FanMask | None:
     """Return what a ping showed; None if its sector is invalid.
@@ -55,9 +55,9 @@ def fan_mask(
         bearings = of_part(part.bearing_min_rad, part.bearing_max_rad, borders[0], borders[1], BEARINGS)
         empty[bearings, _touched(part.range_min_m, part.range_max_m, borders[2], borders[3], RANGES)] = False
     for echo in echoes:
-        near, far, half = extent_of(echo)
-        bearings = _touched(echo.bearing_rad - half, echo.bearing_rad + half, borders[0], borders[1], BEARINGS)
-        ranges = _touched(near, far, borders[2], borders[3], RANGES)
+        low, high = echo.bearing_rad - echo.half_rad, echo.bearing_rad + echo.half_rad
+        bearings = _touched(low, high, borders[0], borders[1], BEARINGS)
+        ranges = _touched(echo.near_m, echo.far_m, borders[2], borders[3], RANGES)
         heard[bearings, ranges] = True
         empty[bearings, ranges.start :] = False
     if not turn_rad < borders[1] - borders[0]:  # not known, or too much
@@ -67,14 +67,29 @@ def fan_mask(
     return FanMask(sector, empty, heard)
 
 
-def extent_of(echo: Detection) -> tuple[float, float, float]:
-    """Return how near and how far an echo may be, m, and half its width, rad."""
+class Extent(NamedTuple):
+    """Where an echo may be."""
+
+    near_m: float
+    far_m: float
+    half_rad: float
+    """Half its width."""
+    bearing_rad: float
+    elevation_rad: float
+
+
+def extents_of(echoes: Sequence[Detection]) -> list[Extent]:
+    """Return where echoes may be, without those that are no numbers."""
+    return [each for each in map(_extent_of, echoes) if math.isfinite(sum(each))]
+
+
+def _extent_of(echo: Detection) -> Extent:
     near = echo.near_m - SIGMAS * echo.sigma_near_m
     if not echo.sigma_near_m > 0.0:  # not reported
         near = echo.range_m - echo.radius_m - SIGMAS * echo.sigma_range_m
     far = max(echo.range_m + echo.radius_m, near + echo.range_extent_m)
     half = 0.5 * echo.bearing_extent_rad + SIGMAS * echo.sigma_bearing_rad
-    return max(near, 0.0), far, min(half, math.pi)
+    return Extent(max(near, 0.0), far, min(half, math.pi), echo.bearing_rad, echo.elevation_rad)
 
 
 def _touched(low: float, high: float, first: float, last: float, count: int) -> slice:

@@ -4,6 +4,7 @@ What was seen to be empty stays so until something could have moved in, by the s
 """
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -133,14 +134,14 @@ class FreeGrid:
 
     def _around(self, sector: Sector, head: Head) -> tuple[slice, slice]:
         """Return the rows and columns that the fan is in."""
-        bearing = np.linspace(sector.bearing_min_rad, sector.bearing_max_rad, 33)
-        rim = sector.range_max_m * np.stack([np.cos(bearing), np.sin(bearing), np.zeros(33)], axis=1)
-        points = np.vstack([rim @ head.turned.T, np.zeros(3)])[:, :2] + head.place[:2]
-        low = np.floor(points.min(axis=0) / self.cell_m).astype(int) - 2
-        high = np.ceil(points.max(axis=0) / self.cell_m).astype(int) + 3
-        first = np.array(self._middle) - REACH
-        (row0, column0), (row1, column1) = (np.clip(each - first, 0, SIDE).tolist() for each in (low, high))
-        return slice(row0, row1), slice(column0, column1)
+        assert self._middle is not None
+        rim = sector.range_max_m * (_rim(sector.bearing_min_rad, sector.bearing_max_rad) @ head.turned[:2, :2].T)
+        spans = []
+        for middle, place, low, high in zip(self._middle, head.place, rim.min(axis=0), rim.max(axis=0), strict=False):
+            first = math.floor((place + min(low, 0.0)) / self.cell_m) - 2 - middle + REACH
+            end = math.ceil((place + max(high, 0.0)) / self.cell_m) + 3 - middle + REACH
+            spans.append(slice(min(max(first, 0), SIDE), min(max(end, 0), SIDE)))
+        return spans[0], spans[1]
 
     def _layer(self, cells: tuple[slice, slice], head: Head) -> "_Layer":
         rows, columns = cells
@@ -182,6 +183,13 @@ class _Layer(NamedTuple):
         vertical = math.sin(sector.half_vertical_rad), half_height_m
         native.layer_in_fan(mask.shown(), borders, vertical, tuple(cells), seen)
         return seen
+
+
+@lru_cache(maxsize=4)
+def _rim(first_rad: float, last_rad: float) -> Floats:
+    """Return (33, 2) directions over a sector, forward and starboard. Do not write to it."""
+    bearing = np.linspace(first_rad, last_rad, 33)
+    return np.column_stack([np.cos(bearing), np.sin(bearing)])
 
 
 def cells_from_others(mask: Mask) -> Counts:
