@@ -77,8 +77,11 @@ class WaveFilter:
         """Return (n,) bool: objects that are waves; none where the pose is unknown."""
         if view is None or self._settings.list == "all":
             return np.zeros(len(snapshot), bool)
-        high, running = may_be_at_surface(snapshot, view, self._settings), runs(snapshot)
+        high = may_be_at_surface(snapshot, view, self._settings)
         young = self._young(snapshot, view.utc_ns, YOUNG_S)
+        if self._velocity is None and not self._until_ns and not high.any():
+            return high
+        running = runs(snapshot)
         suspected = self._learn(snapshot.take(np.flatnonzero(running & high)), view.utc_ns)
         waits = np.zeros(len(snapshot), bool)
         if suspected is not None:
