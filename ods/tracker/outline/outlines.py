@@ -11,11 +11,12 @@ from typing import Generic, NamedTuple, TypeVar
 import msgspec
 import numpy as np
 
-from ods.base.arrays import Floats, Indices, Ints
+from ods.base.arrays import Floats, Ints
 from ods.base.clock import NS
+from ods.compiled import native
 from ods.messages import Obstacle, Outline
 from ods.pose.buffer import PoseEstimate
-from ods.tracker.outline.owners import Extents, owned
+from ods.tracker.outline.owners import Extents, owners_of
 from ods.tracker.outline.seen import Seen
 from ods.tracker.output.snapshot import Snapshot
 
@@ -95,20 +96,9 @@ class Outlines:
         """Take in the echoes of an image at `utc_ns`: those of the objects that were seen in it show their outlines."""
         self._follow(snapshot, head)
         known = self._known
-        middle_ne = np.stack([known.north, known.east])
-        about = np.stack([known.north_north, known.north_east, known.east_east])
-        objects, echoes = owned(snapshot, seen, Extents(known.sights >= LEAST_SIGHTS, middle_ne, about), utc_ns)
-        if not len(objects):
-            return
-        rows, parts = np.unique(objects, return_inverse=True)
-        nearest = np.lexsort((seen.near[echoes], parts))[np.searchsorted(np.sort(parts), np.arange(len(rows)))]
-        front = echoes[nearest]
-        self._take_claims(rows, seen.sigma_along[front] ** 2, seen.sigma_radius[front] ** 2)
-        self._take_edges(rows, seen.near[front], seen.sigma_near[front] ** 2)
-        middle, moments = _together(seen, echoes, parts, len(rows))
-        nn, ne, ee = moments
-        half = np.sqrt(1.5 * (nn + ee) + 3.0 * np.hypot(0.5 * (nn - ee), ne))
-        self._take_extents(rows, (*(middle - snapshot.position[:2, rows]), *moments, half, half**2))
+        owner = owners_of(snapshot, seen, Extents(known.sights >= LEAST_SIGHTS, *known[FIRST_MEAN:-2]), utc_ns)
+        position = np.ascontiguousarray(snapshot.position)
+        native.take_outlines(known, position, seen, owner, NEWEST_SHARE, EDGE_KEPT_S)
 
     def covering(self, snapshot: Snapshot) -> Snapshot:
         """Return the objects with circles that cover their outlines, where they have one, and with common errors.
@@ -163,52 +153,6 @@ class Outlines:
         known.near_variance[:] += dt * (moves + SIDE_CHANGES**2)
         known.unseen_s[:] += dt
         self._ids, self._table, self._t_ns, self._head = snapshot.id.copy(), table, head.t_ns, head.position_ned
-
-    def _take_claims(self, rows: Indices, along: Floats, radius: Floats) -> None:
-        """Take in what images claim of place and radius, where they see the whole object."""
-        whole = np.isfinite(radius)
-        rows, known = rows[whole], self._known
-        share = np.where(known.radius_claim[rows] == 0.0, 1.0, _share_of(known.sights[rows]))
-        known.along_claim[rows] += share * (along[whole] - known.along_claim[rows])
-        known.radius_claim[rows] += share * (radius[whole] - known.radius_claim[rows])
-
-    def _take_edges(self, rows: Indices, near: Floats, variance: Floats) -> None:
-        """Correct near edges, or begin with them."""
-        known = self._known
-        fresh = (known.sights[rows] == 0.0) | (known.unseen_s[rows] > EDGE_KEPT_S)
-        before = known.near_variance[rows]
-        gain = np.where(fresh, 1.0, before / (before + variance))
-        known.near[rows] += gain * (near - known.near[rows])
-        known.near_variance[rows] = gain * variance
-        share = np.where(fresh, 1.0, _share_of(known.sights[rows]))
-        known.near_claim[rows] += share * (variance - known.near_claim[rows])
-
-    def _take_extents(self, rows: Indices, seen: tuple[Floats, ...]) -> None:
-        """Take outlines in: place of the middle, second moments, half length and its square."""
-        known = self._known
-        known.sights[rows] += 1.0
-        known.unseen_s[rows] = 0.0
-        share = _share_of(known.sights[rows] - 1.0)
-        for mean, new in zip(known[FIRST_MEAN:], seen, strict=True):
-            mean[rows] += share * (new - mean[rows])
-
-
-def _share_of(sights: Floats) -> Floats:
-    """Return the weight of a new image after a number of them."""
-    return np.maximum(NEWEST_SHARE, 1.0 / (sights + 1.0))
-
-
-def _together(seen: Seen, echoes: Indices, parts: Indices, count: int) -> tuple[Floats, tuple[Floats, Floats, Floats]]:
-    """Return middle (2, count) and second moments of the objects that echoes are parts of, weighted by length."""
-    weight = np.maximum(seen.length[echoes], 1e-3)
-
-    def mean(values: Floats) -> Floats:
-        return np.asarray(np.bincount(parts, weight * values, count) / np.bincount(parts, weight, count))
-
-    middle = np.stack([mean(axis) for axis in seen.place[echoes].T])
-    apart = seen.place[echoes] - middle.T[parts]
-    moments = seen.extent[echoes] + apart[:, :, None] * apart[:, None, :]
-    return middle, (mean(moments[:, 0, 0]), mean(moments[:, 0, 1]), mean(moments[:, 1, 1]))
 
 
 def _principal(nn: float, ne: float, ee: float) -> tuple[float, float]:

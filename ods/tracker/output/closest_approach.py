@@ -12,6 +12,7 @@ from ods.compiled import native
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import MotionSettings
 
+
 @dataclass(frozen=True, slots=True)
 class Course:
     """The vehicle's present course and speed."""
@@ -32,10 +33,10 @@ class Approach:
     """From the vehicle's origin to the object's edge at that time; below 0 inside it."""
     sigma_m: Floats
     """Standard deviation of the distance: the object's place then, and its radius; or, where that is more, what its
-    velocity may make of the time, too: what seems to fall behind, or to stay as far away as it is, may as well come
-    nearer for the whole horizon. That is by sigma points, sqrt(2) standard deviations of the velocity away from the mean
-    to either side (S. J. Julier, J. K. Uhlmann, Proc. IEEE 92(3), 2004, with no weight on the mean). The vehicle's
-    course is taken as it is."""
+    velocity may make of the time, too: what seems to fall behind, or to stay as far away, may as well come nearer for
+    the whole horizon. That is by sigma points, sqrt(2) standard deviations of the velocity away from the mean to either
+    side (S. J. Julier, J. K. Uhlmann, Proc. IEEE 92(3), 2004, no weight on the mean). The vehicle's course is taken as
+    it is."""
 
 
 def closest_approach(snapshot: Snapshot, course: Course, motion: MotionSettings, horizon_s: float) -> Approach:

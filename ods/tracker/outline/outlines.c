@@ -1,0 +1,235 @@
+/* Outlines of objects: echoes as the head would have measured them, which of them is of which object, and what each shows
+   of its object (seen.py, owners.py, outlines.py). */
+
+#include "kernel.h"
+
+/* ---------------------------------------------------------------- echoes */
+
+/* Columns of an echo: what `seen_from` takes of a detection. */
+enum { RANGE, BEARING, ELEVATION, RADIUS, SIGMA_RANGE, SIGMA_BEARING, NEAR, SIGMA_NEAR, LENGTH, WIDTH, AXIS, OF_RADIUS, TAKEN };
+_Static_assert(TAKEN == 12, "as in see_outlines");
+
+typedef double Pair[2];
+typedef double Moments[2][2];
+typedef double TurnRow[3];
+
+/* Sets `Seen` of seen.py to echoes as a head at `position`, turned by `turned` to the global frame, sees them that moves
+   by `velocity` and turns by `fan_turn` rad/m while they come. `sound_speed`: infinite where all come at once. */
+KERNEL(see_outlines, "f8[m,12] echoes, f8[3] position, f8[3,3] turned, f8[3] velocity, float fan_turn, float sound_speed, "
+                     "out f8[m,2] place, out f8[m] radius, out f8[m] sigma, out f8[m] near, out f8[m] sigma_near, "
+                     "out f8[m] sigma_along, out f8[m] sigma_radius, out f8[m,2,2] extent, out f8[m] length")
+{
+    const double *position = ARRAY(double, 1), *velocity = ARRAY(double, 3);
+    const TurnRow *turned = ARRAY(const TurnRow, 2);
+    for (int64_t k = 0; k < SIZE(0, 0); k++) {
+        const double *echo = ARRAY(const double, 0) + TAKEN * k;
+        const double range = echo[RANGE], bearing = echo[BEARING] + FLOAT(4) * range, level = cos(echo[ELEVATION]);
+        const double body[3] = {level * cos(bearing), level * sin(bearing), -sin(echo[ELEVATION])};
+        double sight[3];
+        for (int i = 0; i < 3; i++)
+            sight[i] = turned[i][0] * body[0] + turned[i][1] * body[1] + turned[i][2] * body[2];
+        const double closing = sight[0] * velocity[0] + sight[1] * velocity[1] + sight[2] * velocity[2];
+        const double moved = range / FLOAT(5) * closing;
+        for (int i = 0; i < 2; i++)
+            ARRAY(Pair, 6)[k][i] = position[i] + (range + moved) * sight[i];
+        const double azimuth = atan2(sight[1], sight[0]) + echo[AXIS], c = cos(azimuth), s = sin(azimuth);
+        const double both = (square(echo[LENGTH]) + square(echo[WIDTH])) / 6.0;
+        const double gap = (square(echo[LENGTH]) - square(echo[WIDTH])) / 6.0;
+        Moments *extent = &ARRAY(Moments, 13)[k];
+        (*extent)[0][0] = both + gap * (c * c - s * s);
+        (*extent)[1][1] = both - gap * (c * c - s * s);
+        (*extent)[0][1] = (*extent)[1][0] = 2.0 * gap * c * s;
+        ARRAY(double, 7)[k] = echo[RADIUS];
+        ARRAY(double, 8)[k] = larger(echo[SIGMA_RANGE], range * echo[SIGMA_BEARING]);
+        ARRAY(double, 9)[k] = echo[NEAR] + moved;
+        ARRAY(double, 10)[k] = echo[SIGMA_NEAR];
+        ARRAY(double, 11)[k] = isnan(echo[OF_RADIUS]) ? NAN : echo[SIGMA_RANGE];
+        ARRAY(double, 12)[k] = echo[OF_RADIUS];
+        ARRAY(double, 14)[k] = echo[LENGTH];
+    }
+}
+
+/* `Seen` in a signature: nine arguments. */
+#define SEEN                                                                                                            \
+    "f8[m,2] place, f8[m] radius, f8[m] sigma, f8[m] near, f8[m] sigma_near, f8[m] sigma_along, f8[m] sigma_radius, "   \
+    "f8[m,2,2] extent, f8[m] length"
+
+typedef struct {
+    int64_t m;
+    const Pair *place;
+    const double *radius, *sigma, *near, *sigma_near, *sigma_along, *sigma_radius;
+    const Moments *extent;
+    const double *length;
+} Seen;
+
+static Seen seen_from(const Argument *arguments, int k)
+{
+    return (Seen){SIZE(k, 0), ARRAY(const Pair, k), ARRAY(double, k + 1), ARRAY(double, k + 2), ARRAY(double, k + 3),
+                  ARRAY(double, k + 4), ARRAY(double, k + 5), ARRAY(double, k + 6), ARRAY(const Moments, k + 7),
+                  ARRAY(double, k + 8)};
+}
+
+/* ---------------------------------------------------------------- owners */
+
+/* n objects; `live`: seen in this image. `extended`: they have an outline, with the middle so far from the object's place
+   and these second moments about it; others are round, as far as is known yet. */
+typedef struct {
+    int64_t n;
+    const bool *live, *extended;
+    const double *position, *sigma_position, *radius, *sigma_radius; /* vectors (3, n) */
+    const double *north, *east, *north_north, *north_east, *east_east;
+} Objects;
+
+/* What an echo may be off: `GATE` and the like of owners.py. */
+typedef struct {
+    double axes, sigmas, m;
+} Gate;
+
+/* Returns how badly an echo fits an object: a squared distance in axes of its ellipse, and the logarithm of that one's
+   area; infinite where it is not of it. */
+static double misfit(const Objects *objects, int64_t i, const Seen *seen, int64_t k, Gate gate, double *away)
+{
+    const double radius = objects->radius[i], north = seen->place[k][0] - objects->position[i];
+    const double east = seen->place[k][1] - objects->position[objects->n + i];
+    const double sigma = larger(objects->sigma_position[i], objects->sigma_position[objects->n + i]);
+    const double blur = hypot(gate.sigmas * hypot(sigma, seen->sigma[k]), gate.m);
+    const double largest = 2.0 * (radius + gate.sigmas * objects->sigma_radius[i]) + gate.m;
+    if (!(hypot(north, east) <= radius + gate.axes * blur) || !(seen->radius[k] <= largest))
+        return INFINITY;
+    double nn = square(radius), ne = 0.0, ee = nn;
+    if (objects->extended[i]) {
+        nn = 3.0 * (objects->north_north[i] + square(objects->north[i]));
+        ne = 3.0 * (objects->north_east[i] + objects->north[i] * objects->east[i]);
+        ee = 3.0 * (objects->east_east[i] + square(objects->east[i]));
+    }
+    nn += square(blur);
+    ee += square(blur);
+    const double area = nn * ee - ne * ne;
+    *away = (ee * north * north - 2.0 * ne * north * east + nn * east * east) / area;
+    return *away + log(area);
+}
+
+/* Sets `owner` to the object that each echo is of, -1: none. Objects: `live`, `extended`, four arrays of `Snapshot`, and
+   five of `Known`. */
+KERNEL(owners_of, "b1[n] live, b1[n] extended, f8[3,n] position, f8[3,n] sigma_position, f8[n] radius, f8[n] sigma_radius, "
+                  "f8[n] north, f8[n] east, f8[n] north_north, f8[n] north_east, f8[n] east_east, " SEEN ", "
+                  "float axes, float sigmas, float m, out i8[m] owner")
+{
+    const Objects objects = {SIZE(0, 0),       ARRAY(bool, 0),   ARRAY(bool, 1),   ARRAY(double, 2),
+                             ARRAY(double, 3), ARRAY(double, 4), ARRAY(double, 5), ARRAY(double, 6),
+                             ARRAY(double, 7), ARRAY(double, 8), ARRAY(double, 9), ARRAY(double, 10)};
+    const Seen seen = seen_from(arguments, 11);
+    const Gate gate = {FLOAT(20), FLOAT(21), FLOAT(22)};
+    for (int64_t k = 0; k < seen.m; k++) {
+        double best = INFINITY, nearest = INFINITY;
+        int64_t *owner = &ARRAY(int64_t, 23)[k];
+        *owner = -1;
+        for (int64_t i = 0; i < objects.n; i++) {
+            double away = INFINITY;
+            const double fit = objects.live[i] ? misfit(&objects, i, &seen, k, gate, &away) : INFINITY;
+            if (fit < best) {
+                best = fit;
+                nearest = away;
+                *owner = i;
+            }
+        }
+        if (!(nearest <= square(gate.axes)))
+            *owner = -1;
+    }
+}
+
+/* ---------------------------------------------------------------- means over images */
+
+/* `Known` in a signature: fourteen arguments; (n,) each. */
+#define KNOWN                                                                                                           \
+    "out f8[n] sights, out f8[n] unseen_s, out f8[n] near, out f8[n] near_variance, out f8[n] near_claim, "             \
+    "out f8[n] along_claim, out f8[n] radius_claim, out f8[n] north, out f8[n] east, out f8[n] north_north, "           \
+    "out f8[n] north_east, out f8[n] east_east, out f8[n] length, out f8[n] length_square"
+
+typedef struct {
+    double *sights, *unseen_s, *near, *near_variance, *near_claim, *along_claim, *radius_claim;
+    double *means[7]; /* from `north` on */
+} Known;
+
+static void move_mean(double *mean, double share, double value)
+{
+    *mean += share * (value - *mean);
+}
+
+/* Takes in the nearest of an object's echoes in an image. */
+static void take_front(const Known *known, int64_t i, const Seen *seen, int64_t front, double share, double edge_kept_s)
+{
+    const double along = square(seen->sigma_along[front]), radius = square(seen->sigma_radius[front]);
+    if (isfinite(radius)) {
+        const double begins = known->radius_claim[i] == 0.0 ? 1.0 : share;
+        move_mean(&known->along_claim[i], begins, along);
+        move_mean(&known->radius_claim[i], begins, radius);
+    }
+    const bool is_fresh = known->sights[i] == 0.0 || known->unseen_s[i] > edge_kept_s;
+    const double variance = square(seen->sigma_near[front]), before = known->near_variance[i];
+    const double gain = is_fresh ? 1.0 : before / (before + variance);
+    move_mean(&known->near[i], gain, seen->near[front]);
+    known->near_variance[i] = gain * variance;
+    move_mean(&known->near_claim[i], is_fresh ? 1.0 : share, variance);
+}
+
+/* What an object's echoes in one image add up to, weighted by their lengths. */
+typedef struct {
+    double weight, north, east, nn, ne, ee;
+    int64_t front; /* the nearest of them; -1: there are none */
+} Sum;
+
+static void add_echo(Sum *sum, const Seen *seen, int64_t k)
+{
+    const double weight = larger(seen->length[k], 1e-3), north = seen->place[k][0], east = seen->place[k][1];
+    sum->weight += weight;
+    sum->north += weight * north;
+    sum->east += weight * east;
+    if (sum->front < 0 || seen->near[k] < seen->near[sum->front] || isnan(seen->near[sum->front]))
+        sum->front = k;
+}
+
+static void add_moments(Sum *sum, const Seen *seen, int64_t k)
+{
+    const double weight = larger(seen->length[k], 1e-3), north = seen->place[k][0] - sum->north / sum->weight;
+    const double east = seen->place[k][1] - sum->east / sum->weight;
+    sum->nn += weight * (seen->extent[k][0][0] + north * north);
+    sum->ne += weight * (seen->extent[k][0][1] + north * east);
+    sum->ee += weight * (seen->extent[k][1][1] + east * east);
+}
+
+/* Takes in what the echoes of an image show of the objects that they are of. `least_share`: least weight of an image in
+   the means. */
+KERNEL(take_outlines, KNOWN ", f8[3,n] position, " SEEN ", i8[m] owner, float least_share, float edge_kept_s")
+{
+    const Known known = {ARRAY(double, 0), ARRAY(double, 1), ARRAY(double, 2), ARRAY(double, 3),
+                         ARRAY(double, 4), ARRAY(double, 5), ARRAY(double, 6),
+                         {ARRAY(double, 7), ARRAY(double, 8), ARRAY(double, 9), ARRAY(double, 10), ARRAY(double, 11),
+                          ARRAY(double, 12), ARRAY(double, 13)}};
+    const int64_t n = SIZE(0, 0), *owner = ARRAY(int64_t, 24);
+    const Seen seen = seen_from(arguments, 15);
+    Sum *sums = SCRATCH(Sum, n);
+    for (int64_t i = 0; i < n; i++)
+        sums[i] = (Sum){.front = -1};
+    for (int64_t k = 0; k < seen.m; k++)
+        if (0 <= owner[k] && owner[k] < n)
+            add_echo(&sums[owner[k]], &seen, k);
+    for (int64_t k = 0; k < seen.m; k++)
+        if (0 <= owner[k] && owner[k] < n)
+            add_moments(&sums[owner[k]], &seen, k);
+    for (int64_t i = 0; i < n; i++) {
+        const Sum *sum = &sums[i];
+        if (sum->front < 0)
+            continue;
+        const double share = larger(FLOAT(25), 1.0 / (known.sights[i] + 1.0));
+        take_front(&known, i, &seen, sum->front, share, FLOAT(26));
+        const double nn = sum->nn / sum->weight, ne = sum->ne / sum->weight, ee = sum->ee / sum->weight;
+        const double half = sqrt(1.5 * (nn + ee) + 3.0 * hypot(0.5 * (nn - ee), ne));
+        const double shown[7] = {sum->north / sum->weight - ARRAY(double, 14)[i],
+                                 sum->east / sum->weight - ARRAY(double, 14)[n + i], nn, ne, ee, half, half * half};
+        for (int mean = 0; mean < 7; mean++)
+            move_mean(&known.means[mean][i], share, shown[mean]);
+        known.sights[i] += 1.0;
+        known.unseen_s[i] = 0.0;
+    }
+}
