@@ -9,7 +9,7 @@ from ods.base.frames import geometry
 from ods.sim_sonar.echo.bodies import Bodies, to_sonar_frame
 from ods.sim_sonar.echo.detail import detail_of
 from ods.sim_sonar.echo.object_echo import Occluders, add_object
-from ods.sim_sonar.echo.ray_budget import MAX_CELLS, ray_fan_of, rivals_of, shares_of_error
+from ods.sim_sonar.echo.ray_budget import MAX_CELLS, ray_fan_of, rivals_of, shares_of_error, within_range
 from ods.sim_sonar.echo.shadow import SHADE, add_shades
 from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.sea_bed.model import SeaBedModel
@@ -46,7 +46,7 @@ def mean_area(grid: Grid, surroundings: Surroundings, pose: VehiclePose, max_err
     seen = to_sonar_frame(objects, pose.position_ned, rotation)
     shades, shaded = np.empty(len(objects) * MAX_CELLS, SHADE), 0
     rivals, errors = rivals_of(seen), shares_of_error(seen, grid, max_error)
-    for which in range(len(seen)):
+    for which in within_range(seen, grid):
         rays = ray_fan_of(seen, which, grid, errors[which])
         if len(rays.bearing) == 0:
             continue

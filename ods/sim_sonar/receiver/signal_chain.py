@@ -133,9 +133,7 @@ class Receiver:
         if not self._levels.speckle:
             return self.mean_image(area, levels)
         area = self._by_all_ways(area)
-        field = np.zeros(area.shape, np.float32)
-        if area.any():
-            field = self._field.at(sent)
+        field = self._field.at(sent, area)
         salt = np.uint32(bits64(self._seed, PING_STREAM, sent.ping_number) & 0xFFFFFFFF)
         chance = Chance(self._noise_keys, salt, self._normal, self._amplitude, self._frozen, TABLE_REACH)
         native.receive(area, levels, chance, field)

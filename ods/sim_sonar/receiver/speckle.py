@@ -76,10 +76,11 @@ class SpeckleField:
         nearness = (1.0 / np.maximum(ranges, sonar.dr_m)).astype(np.float32)
         self._scatterers = Scatterers(keys, nearness, normal_table(), range_taps, beam_taps, sonar.planes)
 
-    def at(self, sent: Transmission) -> Normals:
-        """Return the (beams, samples) float32 normal numbers, mean 0, variance 1, that a ping sees."""
-        out = np.zeros((self._sonar.beams, self._sonar.samples), np.float32)
-        native.fill_speckle(self._scatterers, self._cells(*sent.pose, sent.t_s), out)
+    def at(self, sent: Transmission, area: Floats) -> Normals:
+        """Return the (beams, samples) float32 normal numbers, mean 0, variance 1, that a ping sees; 0 at ranges where no
+        beam has any echo: `area`, (beams, samples) float64."""
+        out = np.zeros(area.shape, np.float32)
+        native.fill_speckle(self._scatterers, self._cells(*sent.pose, sent.t_s), area, out)
         return out
 
     def _cells(self, position_ned: Floats, attitude: Floats, t_s: float) -> Cells:
