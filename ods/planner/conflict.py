@@ -43,8 +43,8 @@ def conflict(paths: Paths, obstacles: Sequence[Obstacle], age_s: float, settings
     courses = _courses(obstacles, paths, age_s, settings)
     if not len(courses.places):
         return np.zeros(len(paths.heading_rad))
-    bad, step_s = np.empty(len(paths.heading_rad)), np.diff(paths.t_s, prepend=0.0)
-    native.conflict(paths.places, step_s, courses, settings.keep_m, HIT, bad)
+    bad = np.empty(len(paths.heading_rad))
+    native.conflict(paths.places, paths.step_s, courses, settings.keep_m, HIT, bad)
     return bad
 
 

@@ -151,6 +151,15 @@ typedef struct {
     double *means[7]; /* from `north` on */
 } Known;
 
+/* Returns the `Known` of the first fourteen arguments. */
+static Known known_from(const Argument *arguments)
+{
+    return (Known){ARRAY(double, 0), ARRAY(double, 1), ARRAY(double, 2), ARRAY(double, 3),
+                   ARRAY(double, 4), ARRAY(double, 5), ARRAY(double, 6),
+                   {ARRAY(double, 7), ARRAY(double, 8), ARRAY(double, 9), ARRAY(double, 10), ARRAY(double, 11),
+                    ARRAY(double, 12), ARRAY(double, 13)}};
+}
+
 static void move_mean(double *mean, double share, double value)
 {
     *mean += share * (value - *mean);
@@ -202,10 +211,7 @@ static void add_moments(Sum *sum, const Seen *seen, int64_t k)
    the means. */
 KERNEL(take_outlines, KNOWN ", f8[3,n] position, " SEEN ", i8[m] owner, float least_share, float edge_kept_s")
 {
-    const Known known = {ARRAY(double, 0), ARRAY(double, 1), ARRAY(double, 2), ARRAY(double, 3),
-                         ARRAY(double, 4), ARRAY(double, 5), ARRAY(double, 6),
-                         {ARRAY(double, 7), ARRAY(double, 8), ARRAY(double, 9), ARRAY(double, 10), ARRAY(double, 11),
-                          ARRAY(double, 12), ARRAY(double, 13)}};
+    const Known known = known_from(arguments);
     const int64_t n = SIZE(0, 0), *owner = ARRAY(int64_t, 24);
     const Seen seen = seen_from(arguments, 15);
     Sum *sums = SCRATCH(Sum, n);
@@ -231,5 +237,69 @@ KERNEL(take_outlines, KNOWN ", f8[3,n] position, " SEEN ", i8[m] owner, float le
             move_mean(&known.means[mean][i], share, shown[mean]);
         known.sights[i] += 1.0;
         known.unseen_s[i] = 0.0;
+    }
+}
+
+/* ---------------------------------------------------------------- strips */
+
+/* The strip with the same second moments as an object: how likely it is elongated, half its length and width, m, its
+   azimuth, and the standard deviation of its half length; all 0 of what was seen too few times. */
+typedef struct {
+    double elongated, half_length, half_width, azimuth, sigma;
+} Strip;
+_Static_assert(sizeof(Strip) == 5 * sizeof(double), "as in f8[n,5]");
+
+/* What makes an object elongated: `LEAST_SIGHTS` and the like of outlines.py. */
+typedef struct {
+    double least_sights, from_m, ratio, length_error;
+} Elongation;
+
+static Strip strip_of(const Known *known, int64_t i, Elongation rule)
+{
+    const double nn = known->means[2][i], ne = known->means[3][i], ee = known->means[4][i], length = known->means[5][i];
+    if (known->sights[i] < rule.least_sights)
+        return (Strip){0};
+    const double mean = 0.5 * (nn + ee), gap = hypot(0.5 * (nn - ee), ne), root3 = sqrt(3.0);
+    const double half_length = root3 * sqrt(mean + gap), half_width = root3 * sqrt(larger(0.0, mean - gap));
+    const double spread = sqrt(larger(0.0, known->means[6][i] - length * length));
+    const double sigma = hypot(spread, rule.length_error * half_length) + 1e-3;
+    const double excess = half_length - larger(rule.from_m, rule.ratio * half_width);
+    const double azimuth = 0.5 * atan2(2.0 * ne, nn - ee), half_turn = 3.14159265358979323846;
+    return (Strip){0.5 * erfc(-excess / sigma * sqrt(0.5)), half_length, half_width,
+                   azimuth < 0.0 ? azimuth + half_turn : azimuth, sigma};
+}
+
+KERNEL(strips_of, KNOWN ", float least_sights, float from_m, float ratio, float length_error, out f8[n,5] strips")
+{
+    const Known known = known_from(arguments);
+    for (int64_t i = 0; i < SIZE(0, 0); i++)
+        ARRAY(Strip, 18)[i] = strip_of(&known, i, (Elongation){FLOAT(14), FLOAT(15), FLOAT(16), FLOAT(17)});
+}
+
+/* Makes circles cover the outlines of objects, `of` their numbers, -1: none, that are more `likely` elongated than not:
+   at most `too_small` times as large; and adds what images have in common, a part `common` of what they claim. */
+KERNEL(cover_outlines, KNOWN ", f8[n,5] strips, i8[objects] of, f8[3] head, f8[3,objects] position, float likely, "
+                       "float too_small, float common, out f8[objects] radius, out f8[objects] covariance_ne, "
+                       "out f8[3,objects] sigma_position, out f8[objects] sigma_radius")
+{
+    const Known known = known_from(arguments);
+    const int64_t objects = SIZE(15, 0);
+    const double *head = ARRAY(double, 16), *position = ARRAY(double, 17), common = square(FLOAT(20));
+    for (int64_t k = 0; k < objects; k++) {
+        const int64_t i = ARRAY(int64_t, 15)[k];
+        if (i < 0 || i >= SIZE(0, 0))
+            continue;
+        const Strip *strip = &ARRAY(Strip, 14)[i];
+        double *radius = &ARRAY(double, 21)[k], *sigma = ARRAY(double, 23);
+        if (strip->elongated > FLOAT(18)) {
+            const double reach = hypot(known.means[0][i], known.means[1][i]) + strip->half_length;
+            *radius = larger(*radius, smaller(reach, FLOAT(19) * *radius));
+        }
+        const double north = position[k] - head[0], east = position[objects + k] - head[1];
+        const double away = larger(hypot(north, east), 1e-3), along = common * known.along_claim[i] / (away * away);
+        ARRAY(double, 22)[k] += along * north * east;
+        sigma[k] = sqrt(square(sigma[k]) + along * north * north);
+        sigma[objects + k] = sqrt(square(sigma[objects + k]) + along * east * east);
+        ARRAY(double, 24)[k] = sqrt(square(ARRAY(double, 24)[k]) + common * known.radius_claim[i]);
     }
 }

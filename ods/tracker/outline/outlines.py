@@ -83,7 +83,7 @@ class Outlines:
 
     def __init__(self) -> None:
         self._ids: Ints = np.empty(0, np.int64)
-        self._table = np.zeros((FIELDS, 0))
+        self._table, self._strips = np.zeros((FIELDS, 0)), np.zeros((0, len(_Strip._fields)))
         self._t_ns = 0
         self._head = np.zeros(3)
 
@@ -99,48 +99,44 @@ class Outlines:
         owner = owners_of(snapshot, seen, Extents(known.sights >= LEAST_SIGHTS, *known[FIRST_MEAN:-2]), utc_ns)
         position = np.ascontiguousarray(snapshot.position)
         native.take_outlines(known, position, seen, owner, NEWEST_SHARE, EDGE_KEPT_S)
+        self._strips = np.empty((len(snapshot), len(_Strip._fields)))
+        native.strips_of(known, LEAST_SIGHTS, ELONGATED_M, ELONGATED, LENGTH_ERROR, self._strips)
 
     def covering(self, snapshot: Snapshot) -> Snapshot:
         """Return the objects with circles that cover their outlines, where they have one, and with common errors.
 
         The circle of an echo of a wall seen aslant is as deep as it is wide, as that of a whole body is: too small.
         """
-        place = {each: k for k, each in enumerate(self._ids.tolist())}
-        listed = [k for k, each in enumerate(snapshot.id.tolist()) if each in place]
-        table = self._table[:, [place[each] for each in snapshot.id[listed].tolist()]]
-        radius, known = snapshot.radius.copy(), Known(*table)
-        reach = np.array([_reach(Known(*each)) for each in table.T.tolist()])
-        radius[listed] = np.maximum(radius[listed], np.minimum(reach, TOO_SMALL * radius[listed]))
-        away = (snapshot.position - self._head[:, None])[:2, listed]
-        north, east = away / np.maximum(np.hypot(*away), 1e-3)
-        shared = np.zeros((4, len(snapshot)))
-        along = COMMON_ERROR**2 * known.along_claim
-        shared[:, listed] = (
-            along * north**2,
-            along * east**2,
-            along * north * east,
-            COMMON_ERROR**2 * known.radius_claim,
-        )
-        return replace(
-            snapshot, radius=radius, covariance_ne=snapshot.covariance_ne + shared[2],
-            sigma_position=np.sqrt(snapshot.sigma_position**2 + np.vstack((shared[:2], np.zeros((1, len(snapshot)))))),
-            sigma_radius=np.sqrt(snapshot.sigma_radius**2 + shared[3]),
+        rows = self._rows()
+        of = np.array([rows.get(each, -1) for each in snapshot.id.tolist()], np.int64)
+        radius, covariance = snapshot.radius.copy(), snapshot.covariance_ne.copy()
+        sigma, sigma_radius = snapshot.sigma_position.copy("C"), snapshot.sigma_radius.copy()
+        native.cover_outlines(
+            self._known, self._strips, of, self._head, np.ascontiguousarray(snapshot.position),
+            LIKELY, TOO_SMALL, COMMON_ERROR, radius, covariance, sigma, sigma_radius,
         )  # fmt: skip
+        return replace(
+            snapshot, radius=radius, covariance_ne=covariance, sigma_position=sigma, sigma_radius=sigma_radius
+        )
+
+    def _rows(self) -> dict[int, int]:
+        return {each: k for k, each in enumerate(self._ids.tolist())}
 
     def outlined(self, obstacles: list[Obstacle], t_ns: int) -> list[Obstacle]:
         """Return obstacles with their outlines, and their edges if `t_ns` is the time of the newest image."""
         is_of_image = t_ns == self._t_ns
-        place = {each: k for k, each in enumerate(self._ids.tolist())}
-        known = self._table.T.tolist()
+        rows, known, strips = self._rows(), self._table.T.tolist(), self._strips.tolist()
         return [
-            _outlined(each, Known(*known[place[each.id]]), is_of_image) if each.id in place else each
-            for each in obstacles
+            obstacle
+            if (row := rows.get(obstacle.id)) is None
+            else _outlined(obstacle, Known(*known[row]), _Strip(*strips[row]), is_of_image)
+            for obstacle in obstacles
         ]
 
     def _follow(self, snapshot: Snapshot, head: PoseEstimate) -> None:
         """Keep the objects of the snapshot, predicted to its time."""
         dt = max(0.0, (head.t_ns - self._t_ns) / NS) if len(self._ids) else 0.0
-        old = {each: k for k, each in enumerate(self._ids.tolist())}
+        old = self._rows()
         ids = snapshot.id.tolist()
         table = np.zeros((FIELDS, len(ids)))
         kept = [k for k, each in enumerate(ids) if each in old]
@@ -155,37 +151,21 @@ class Outlines:
         self._ids, self._table, self._t_ns, self._head = snapshot.id.copy(), table, head.t_ns, head.position_ned
 
 
-def _principal(nn: float, ne: float, ee: float) -> tuple[float, float]:
-    """Return the standard deviations along the principal axes, the larger first."""
-    mean, gap = 0.5 * (nn + ee), math.hypot(0.5 * (nn - ee), ne)
-    return math.sqrt(mean + gap), math.sqrt(max(0.0, mean - gap))
-
-
-def _reach(known: Known[float]) -> float:
-    """Return the radius of the circle about the object's place that covers its outline, m; 0: it has none."""
-    strip = _strip(known)
-    if strip is None or strip.elongated <= LIKELY:
-        return 0.0
-    return math.hypot(known.north, known.east) + strip.half_length
-
-
-def _outlined(obstacle: Obstacle, known: Known[float], is_of_image: bool) -> Obstacle:
+def _outlined(obstacle: Obstacle, known: Known[float], strip: "_Strip", is_of_image: bool) -> Obstacle:
     near_m = sigma_near_m = outline = None
     if is_of_image and known.sights and known.unseen_s <= EDGE_KEPT_S:
         near_m, sigma_near_m = known.near, math.sqrt(known.near_variance + COMMON_ERROR**2 * known.near_claim)
-    strip = _strip(known)
-    elongated = 0.0 if strip is None else strip.elongated
-    if strip is not None and elongated > LIKELY:
+    if strip.elongated > LIKELY:
         north, east, _ = obstacle.position_ned
         middle = north + known.north, east + known.east
         outline = Outline(middle, strip.half_length, strip.half_width, strip.azimuth, strip.sigma)
     return msgspec.structs.replace(
-        obstacle, near_m=near_m, sigma_near_m=sigma_near_m, elongated=elongated, outline=outline
+        obstacle, near_m=near_m, sigma_near_m=sigma_near_m, elongated=strip.elongated, outline=outline
     )
 
 
 class _Strip(NamedTuple):
-    """The strip with the same second moments."""
+    """The strip with the same second moments; all 0 of what was seen too few times."""
 
     elongated: float
     """Probability."""
@@ -194,17 +174,3 @@ class _Strip(NamedTuple):
     azimuth: float
     sigma: float
     """Of the half length, m."""
-
-
-def _strip(known: Known[float]) -> _Strip | None:
-    """Return the strip of an object; None: it was seen too few times."""
-    if known.sights < LEAST_SIGHTS:
-        return None
-    along, across = _principal(known.north_north, known.north_east, known.east_east)
-    half_length, half_width = math.sqrt(3.0) * along, math.sqrt(3.0) * across
-    spread = math.sqrt(max(0.0, known.length_square - known.length**2))
-    sigma = math.hypot(spread, LENGTH_ERROR * half_length) + 1e-3
-    excess = half_length - max(ELONGATED_M, ELONGATED * half_width)
-    azimuth = 0.5 * math.atan2(2.0 * known.north_east, known.north_north - known.east_east)
-    elongated = 0.5 * math.erfc(-excess / sigma * math.sqrt(0.5))
-    return _Strip(elongated, half_length, half_width, azimuth % math.pi, sigma)
