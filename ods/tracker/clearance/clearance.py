@@ -7,7 +7,8 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.frames.geometry import body_to_global, polar_to_body, rotation_matrix, wrap_angle
+from ods.base.frames.geometry import rotation_matrix
+from ods.compiled import native
 from ods.messages import Clearance, Detections, Obstacle, ObstacleList, PoseAt
 from ods.tracker.clearance.fan_mask import SIGMAS, Extent, extents_of, fan_mask
 from ods.tracker.clearance.free_grid import FreeGrid, Head
@@ -125,10 +126,8 @@ def _of_obstacle(obstacle: Obstacle, place: Sequence[float]) -> _Body:
 
 def _of_echoes(echoes: list[Extent], head: PoseAt, place: Sequence[float]) -> Floats:
     """Return (4, m) echoes as seen from the vehicle: each by its near edge, in the middle and at both sides."""
-    near, _, half, bearing, elevation = np.array(echoes, np.float64).reshape(-1, 5).T[..., None]
-    edge = polar_to_body(near, bearing + half * np.array([0.0, -1.0, 1.0]), elevation)
-    points = body_to_global(edge, np.array(head.position_ned) - np.array(place), np.array(head.attitude))
-    azimuth = np.arctan2(points[..., 1], points[..., 0])
-    half_width = np.abs(wrap_angle(azimuth - azimuth[:, :1])).max(axis=1)
-    distance = np.hypot(points[..., 0], points[..., 1]).min(axis=1)
-    return np.stack([azimuth[:, 0], half_width, distance, np.zeros(len(echoes))])
+    around = np.zeros((4, len(echoes)))
+    from_vehicle = np.array(head.position_ned) - np.array(place)
+    extents, turned = np.array(echoes, np.float64).reshape(-1, 5), rotation_matrix(np.array(head.attitude))
+    native.echoes_around(extents, from_vehicle, turned, *around[:3])
+    return around

@@ -4,6 +4,35 @@
 
 #define PI 3.14159265358979323846
 
+typedef double TurnRow[3];
+
+/* Sets where echoes are as seen from the vehicle: azimuth, half width, distance of the near edge, in its middle and at
+   both its sides. Echoes: `Extent` of fan_mask.py; the head: its place from the vehicle, NED, and how it is turned. */
+KERNEL(echoes_around, "f8[m,5] echoes, f8[3] place, f8[3,3] turned, out f8[m] azimuth, out f8[m] half_width, "
+                      "out f8[m] distance")
+{
+    const double *place = ARRAY(double, 1);
+    const TurnRow *turned = ARRAY(const TurnRow, 2);
+    for (int64_t k = 0; k < SIZE(0, 0); k++) {
+        const double *echo = ARRAY(const double, 0) + 5 * k, near = echo[0], half = echo[2];
+        const double level = near * cos(echo[4]), down = -near * sin(echo[4]);
+        double azimuth = 0.0, wide = 0.0, distance = INFINITY;
+        for (int side = 0; side < 3; side++) {
+            const double bearing = echo[3] + (side == 0 ? 0.0 : side == 1 ? -half : half);
+            const double forward = level * cos(bearing), starboard = level * sin(bearing);
+            const double north = place[0] + turned[0][0] * forward + turned[0][1] * starboard + turned[0][2] * down;
+            const double east = place[1] + turned[1][0] * forward + turned[1][1] * starboard + turned[1][2] * down;
+            const double seen = atan2(east, north);
+            azimuth = side == 0 ? seen : azimuth;
+            wide = larger(wide, fabs(remainder(seen - azimuth, 2.0 * PI)));
+            distance = smaller(distance, hypot(north, east));
+        }
+        ARRAY(double, 3)[k] = azimuth;
+        ARRAY(double, 4)[k] = wide;
+        ARRAY(double, 5)[k] = distance;
+    }
+}
+
 /* Sets `clear` to the first ring of each sector from which on at least `shortest` are free as a whole, and to the first
    one behind it that is not; both 0 where there is none. `cell`, `bin`: which cells, of `free`, are in which sector and
    ring, sector * rings + ring. */
