@@ -45,12 +45,12 @@ def mean_area(grid: Grid, surroundings: Surroundings, pose: VehiclePose, max_err
     view = view_of(sea_bed, grid, pose.position_ned, rotation, detail, turning)
     seen = to_sonar_frame(objects, pose.position_ned, rotation)
     shades, shaded = np.empty(len(objects) * MAX_CELLS, SHADE), 0
-    rivals, errors = rivals_of(seen), shares_of_error(seen, grid, max_error)
+    rivals, errors = rivals_of(seen) & shadows, shares_of_error(seen, grid, max_error)
     for which in within_range(seen, grid):
         rays = ray_fan_of(seen, which, grid, errors[which])
         if len(rays.bearing) == 0:
             continue
-        occluders = Occluders(np.flatnonzero(rivals[which] & shadows), view.hides_beyond(rays, grid))
+        occluders = Occluders(rivals[which].nonzero()[0], view.hides_beyond(rays, grid))
         ranges = add_object(image, seen, which, occluders, rays, grid)
         if shadows:
             shaded = add_shades(shades, shaded, ranges, rays, which)
