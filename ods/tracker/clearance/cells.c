@@ -34,7 +34,7 @@ static void look_along(LayerRow row, FanCells fan, double sine, double half_heig
 
 /* Tells of cells of the layer around the vehicle whether a ping showed them to be empty, or heard something there, and
    how much is seen above and below the layer there, m: `empty`, `heard`, `room`. `shown`: of `FanMask`, with its rim;
-   cells and head: `_Layer` of free_grid.py. */
+   cells and head: `Layer` of free_grid.py. */
 KERNEL(layer_in_fan,
        "u1[:,:] shown, float bearing_min_rad, float bearing_max_rad, float range_min_m, float range_max_m, "
        "float half_vertical_sine, float half_height_m, f8[3,3] turned, float north_m, float east_m, float down_m, "

@@ -143,17 +143,17 @@ class FreeGrid:
             spans.append(slice(min(max(first, 0), SIDE), min(max(end, 0), SIDE)))
         return spans[0], spans[1]
 
-    def _layer(self, cells: tuple[slice, slice], head: Head) -> "_Layer":
+    def _layer(self, cells: tuple[slice, slice], head: Head) -> "Layer":
         rows, columns = cells
         first = np.array(self._middle) - REACH + 0.5
         north_m = float((first[0] + rows.start) * self.cell_m - head.place[0])
         east_m = float((first[1] + columns.start) * self.cell_m - head.place[1])
         down_m = self._down - float(head.place[2])
         shape = rows.stop - rows.start, columns.stop - columns.start
-        return _Layer(shape, head.turned, north_m, east_m, down_m, self.cell_m)
+        return Layer(shape, head.turned, north_m, east_m, down_m, self.cell_m)
 
 
-class _Layer(NamedTuple):
+class Layer(NamedTuple):
     """Middles of cells at the vehicle's depth, as seen from the head; north, east, down."""
 
     shape: tuple[int, int]
