@@ -197,10 +197,11 @@ def test_an_echo_is_of_the_object_whose_ellipse_it_fits_best(seed: int) -> None:
     head = head_at(0)
     objects = snapshot(*((k, *rng.uniform(20.0, 35.0, 2).tolist(), float(rng.uniform(0.5, 6.0))) for k in range(n)))
     objects.last_seen_utc_ns[:] = rng.random(n) < 0.3
-    spots = (rng.uniform(15.0, 40.0, 2).tolist() for _ in range(m))
-    seen = seen_from(head, [echo(head, *spot, length=float(rng.uniform(0.2, 9.0))) for spot in spots], 0.0, 0.0)
+    spots = rng.uniform((15.0, 15.0, 0.2), (40.0, 40.0, 9.0), (m, 3)).tolist()
+    seen = seen_from(head, [echo(head, north, east, 0.0, length) for north, east, length in spots], 0.0, 0.0)
     nn, ee = rng.uniform(0.5, 9.0, (2, n))
-    extents = Extents(rng.random(n) < 0.5, *rng.uniform(-1.0, 1.0, (2, n)), nn, 0.4 * np.sqrt(nn * ee), ee)
+    north, east = rng.uniform(-1.0, 1.0, (2, n))
+    extents = Extents(rng.random(n) < 0.5, north, east, nn, 0.4 * np.sqrt(nn * ee), ee)
     owner = owners_of(objects, seen, extents, 0)
     for k in range(m):
         fits = [_fit_of(objects, extents, i, seen, k) for i in range(n)]
@@ -219,9 +220,8 @@ def _fit_of(objects: Snapshot, extents: Extents, i: int, seen: Seen, k: int) -> 
     shape = radius**2 * np.eye(2)
     if extents.extended[i]:
         middle = np.array([extents.north[i], extents.east[i]])
-        about = np.array(
-            [[extents.north_north[i], extents.north_east[i]], [extents.north_east[i], extents.east_east[i]]]
-        )
+        nn, ne, ee = extents.north_north[i], extents.north_east[i], extents.east_east[i]
+        about = np.array([[nn, ne], [ne, ee]])
         shape = 3.0 * (about + np.outer(middle, middle))
     shape = shape + blur**2 * np.eye(2)
     away = float(off @ np.linalg.solve(shape, off))
