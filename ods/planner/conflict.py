@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
+from ods.compiled import native
 from ods.messages import Obstacle
 from ods.planner.paths import Paths
 from ods.planner.settings import SteeringSettings
@@ -15,6 +16,7 @@ from ods.planner.settings import SteeringSettings
 HIT = 100.0
 """Factor by which a path through an obstacle is worse than one too near to it."""
 LIKELIEST = 0.999999
+NORMAL = NormalDist()
 FAR_S = 1000.0
 """Beyond every horizon."""
 
@@ -25,7 +27,7 @@ class _Courses(NamedTuple):
     places: Floats
     """(k, m, 2) north, east, m."""
     radius_m: Floats
-    """(k, 1)."""
+    """(k,) with the vehicle's."""
     spread_m: Floats
     """(k, m) to add, so that the risk is kept, m."""
 
@@ -41,24 +43,22 @@ def conflict(paths: Paths, obstacles: Sequence[Obstacle], age_s: float, settings
     courses = _courses(obstacles, paths, age_s, settings)
     if not len(courses.places):
         return np.zeros(len(paths.heading_rad))
-    offset = paths.places[:, None] - courses.places
-    edge = np.sqrt(np.einsum("...i,...i", offset, offset)) - (courses.radius_m + settings.vehicle_radius_m)
-    lack = np.maximum(settings.keep_m + courses.spread_m - edge, 0.0)
-    badness = lack * lack * np.where(edge < 0.0, HIT, 1.0)
-    return np.asarray(badness.max(axis=1) @ np.diff(paths.t_s, prepend=0.0))
+    bad = np.empty(len(paths.heading_rad))
+    native.conflict(paths.places, paths.step_s, courses, settings.keep_m, HIT, bad)
+    return bad
 
 
 def _courses(obstacles: Sequence[Obstacle], paths: Paths, age_s: float, settings: SteeringSettings) -> _Courses:
     lead_s, fades_s = paths.t_s + age_s, settings.expected_s - settings.certain_s
     share = np.clip((settings.expected_s - paths.t_s) / fades_s, 0.0, 1.0)
-    north_m, east_m, reach_m = _reach(paths)
-    reach_m += settings.keep_m + settings.vehicle_radius_m
+    north_m, east_m = paths.start.tolist()
+    reach_m = paths.reach_m + settings.keep_m + settings.vehicle_radius_m
     rows, sigma_m = [], []
     for each in obstacles:
         likely = each.existence * (1.0 - each.bottom_probability)
         if each.state == "terminated" or each.ignored_by >= 0 or likely <= settings.risk:
             continue
-        sigmas = max(0.0, NormalDist().inv_cdf(1.0 - settings.risk / min(likely, LIKELIEST)))
+        sigmas = max(0.0, NORMAL.inv_cdf(1.0 - settings.risk / min(likely, LIKELIEST)))
         own_m = each.radius_m + math.hypot(*each.velocity_ned[:2]) * lead_s[-1]
         own_m += sigmas * math.hypot(_most_sigma_m(each, settings.expected_s + age_s), each.sigma_radius)
         if math.hypot(each.position_ned[0] - north_m, each.position_ned[1] - east_m) > reach_m + own_m:
@@ -68,14 +68,7 @@ def _courses(obstacles: Sequence[Obstacle], paths: Paths, age_s: float, settings
     north, east, v_north, v_east, radius, sigma_radius, sigmas_ = np.array(rows).reshape(-1, 7, 1).transpose(1, 0, 2)
     places = np.stack([north + lead_s * v_north, east + lead_s * v_east], axis=-1)
     sigma = np.hypot(np.array(sigma_m).reshape(-1, len(lead_s)), sigma_radius)
-    return _Courses(places, radius, sigmas_ * share * sigma)
-
-
-def _reach(paths: Paths) -> tuple[float, float, float]:
-    """Return the circle around all paths: north, east, radius, m."""
-    places = paths.places.reshape(-1, 2)
-    middle = places.mean(axis=0)
-    return *middle.tolist(), float(np.hypot(*(places - middle).T).max())
+    return _Courses(places, radius[:, 0] + settings.vehicle_radius_m, sigmas_ * share * sigma)
 
 
 def _most_sigma_m(obstacle: Obstacle, until_s: float) -> float:

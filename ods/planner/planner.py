@@ -145,8 +145,8 @@ class Planner:
         if back is not None:
             way = far * np.array([math.cos(back), math.sin(back)])
         offset = paths.places - (now.place + way * (far / max(float(np.hypot(*way)), far)))
-        away_m = np.hypot(offset[..., 0], offset[..., 1])
-        return np.asarray(away_m @ np.diff(paths.t_s, prepend=0.0) / paths.t_s[-1])
+        away_m = np.sqrt(np.square(offset[..., 0]) + np.square(offset[..., 1]))
+        return np.asarray(away_m @ paths.step_s / paths.t_s[-1])
 
     def _motion(self, latest: ObstacleList, now_ns: int) -> Motion:
         assert latest.pose is not None

@@ -9,7 +9,7 @@ from ods.base.frames import geometry
 from ods.sim_sonar.echo.bodies import Bodies, to_sonar_frame
 from ods.sim_sonar.echo.detail import detail_of
 from ods.sim_sonar.echo.object_echo import Occluders, add_object
-from ods.sim_sonar.echo.ray_budget import MAX_CELLS, ray_fan_of, rivals_of, shares_of_error
+from ods.sim_sonar.echo.ray_budget import MAX_CELLS, ray_fan_of, rivals_of, shares_of_error, within_range
 from ods.sim_sonar.echo.shadow import SHADE, add_shades
 from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.sea_bed.model import SeaBedModel
@@ -45,12 +45,12 @@ def mean_area(grid: Grid, surroundings: Surroundings, pose: VehiclePose, max_err
     view = view_of(sea_bed, grid, pose.position_ned, rotation, detail, turning)
     seen = to_sonar_frame(objects, pose.position_ned, rotation)
     shades, shaded = np.empty(len(objects) * MAX_CELLS, SHADE), 0
-    rivals, errors = rivals_of(seen), shares_of_error(seen, grid, max_error)
-    for which in range(len(seen)):
+    rivals, errors = rivals_of(seen) & shadows, shares_of_error(seen, grid, max_error)
+    for which in within_range(seen, grid):
         rays = ray_fan_of(seen, which, grid, errors[which])
         if len(rays.bearing) == 0:
             continue
-        occluders = Occluders(np.flatnonzero(rivals[which] & shadows), view.hides_beyond(rays, grid))
+        occluders = Occluders(rivals[which].nonzero()[0], view.hides_beyond(rays, grid))
         ranges = add_object(image, seen, which, occluders, rays, grid)
         if shadows:
             shaded = add_shades(shades, shaded, ranges, rays, which)

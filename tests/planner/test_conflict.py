@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ods.messages import Obstacle
-from ods.planner.conflict import conflict
+from ods.messages import Clearance, Obstacle, PoseAt
+from ods.planner.conflict import HIT, conflict
 from ods.planner.paths import Motion, instants, paths_of
 from ods.planner.settings import SteeringSettings
+from ods.planner.unknown import OWN_M, unknown_m
 from tests.planner.lists import obstacle, predicted
 
 SETTINGS = SteeringSettings(vehicle_radius_m=0.0, keep_m=3.0, risk=0.01, certain_s=5.0, expected_s=15.0)
@@ -118,3 +119,50 @@ def test_what_no_path_comes_near_costs_nothing_and_changes_nothing() -> None:
 def test_what_an_operator_said_to_ignore_needs_no_distance() -> None:
     assert bad(obstacle(4.0, 0.0)) > 0.0
     assert bad(obstacle(4.0, 0.0, ignored_by=0)) == 0.0
+
+
+def test_badness_is_the_integral_over_time_of_the_worst_squared_lack() -> None:
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        paths = paths_of(NORTH, np.radians(np.arange(0.0, 360.0, 15.0)), 2.0, SETTINGS)
+        known: dict[str, Any] = {"sigma_position": (0.0, 0.0, 0.0), "sigma_radius": 0.0}
+        spots = rng.uniform((-30.0, -30.0, 0.2), (30.0, 30.0, 4.0), (5, 3)).tolist()
+        listed = [obstacle(*spot, **known) for spot in spots]
+        places = np.array([each.position_ned[:2] for each in listed])
+        away = np.hypot(*(paths.places[:, None] - places[:, None]).transpose(3, 0, 1, 2))
+        edge = away - np.array([each.radius_m for each in listed])[:, None] - SETTINGS.vehicle_radius_m
+        lack = np.maximum(SETTINGS.keep_m - edge, 0.0)
+        worst = (lack**2 * np.where(edge < 0.0, HIT, 1.0)).max(axis=1)
+        expected = worst @ np.diff(paths.t_s, prepend=0.0)
+        np.testing.assert_allclose(conflict(paths, listed, 0.0, SETTINGS), expected, rtol=1e-9, atol=1e-9)
+
+
+def test_no_path_goes_farther_than_its_reach() -> None:
+    now = Motion(np.array([3.0, -2.0]), 0.4, 1.0, np.array([0.3, -0.6]))
+    paths = paths_of(now, np.radians(np.arange(0.0, 360.0, 30.0)), 2.0, SETTINGS)
+    away = np.hypot(*(paths.places - paths.start).reshape(-1, 2).T)
+    assert away.max() <= paths.reach_m < 1.5 * away.max()
+
+
+@pytest.mark.parametrize("sectors", [16, 72])
+def test_unknown_water_is_what_is_not_called_empty_step_by_step(sectors: int) -> None:
+    rng = np.random.default_rng(sectors)
+    start = np.array([5.0, -7.0])
+    places = start + np.cumsum(rng.uniform(-1.5, 2.5, (40, 12, 2)), axis=1)
+    near, to = rng.uniform(0.0, 3.0, sectors), rng.uniform(0.0, 25.0, sectors)
+    nearest = [float(each) if each > 8.0 else None for each in rng.uniform(1.0, 20.0, sectors)]
+    pose = PoseAt((5.0, -7.0, 3.0), (1.0, 0.0, 0.0, 0.0), (0.0,) * 3, (0.0,) * 3, (0.0,) * 3)
+    clearance = Clearance(0, 0, 0, 0, True, near.tolist(), to.tolist(), nearest, pose=pose)
+    expected = np.zeros(len(places))
+    for path, along in enumerate(places - start):
+        before = 0.0
+        for north, east in along.tolist():
+            away = math.hypot(north, east)
+            sector = int(math.atan2(east, north) % (2.0 * math.pi) / (2.0 * math.pi) * sectors)
+            body = nearest[sector]
+            beyond = away > OWN_M or (body is not None and away > body)
+            if away <= 15.0 and not near[sector] <= away <= to[sector] and beyond:
+                expected[path] += max(0.0, away - before)
+            before = away
+    np.testing.assert_allclose(unknown_m(places, clearance, 15.0), expected, atol=1e-9)
+    assert 0.0 < expected.mean() < 15.0

@@ -8,12 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from hypothesis import given, settings, strategies as st
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.messages import Sector
+from ods.tracker.common_error.least_squares import WHOLE, FadingSums, Reduced, fit
 from ods.tracker.common_error.monitor import CommonErrors
-from ods.tracker.common_error.sightings import Motion
+from ods.tracker.common_error.sightings import COLUMNS, EAST, NORTH, OWN, TURN, YAW, Motion, Sightings
 from ods.tracker.existence.lifecycle import ACTIVE
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan, Vehicle, echoes_of
@@ -207,3 +209,56 @@ def test_what_tells_nothing_says_nothing(spoil: Callable[[Snapshot], Snapshot]) 
     for snapshot, scan, motion in World().pings(Wrong(yaw=0.1), 10.0):
         errors.look(spoil(snapshot), scan, motion)
     assert not errors.problem()
+
+
+def test_normal_equations_fade_and_rates_count_from_now() -> None:
+    rng, sums = np.random.default_rng(3), FadingSums(2.0)
+    expected: dict[int, Floats] = {}
+    first: dict[int, Floats] = {}
+    later = np.eye(WHOLE)
+    later[YAW, TURN] = later[0, NORTH] = later[1, EAST] = -0.25
+    for ping in range(8):
+        ids = rng.permutation(5)[: rng.integers(1, 5)]
+        n = len(ids)
+        design, white = rng.normal(size=(n, 2, COLUMNS)), rng.normal(size=(n, 2, 2))
+        seen = Sightings(ids, rng.normal(size=(n, 2)), design, white)
+        sums.add(seen, 0.25 * (ping + 1))
+        expected = {each: math.exp(-0.125) * later.T @ of @ later for each, of in expected.items()}
+        for each, place, matrix, by in zip(ids.tolist(), *seen[1:], strict=True):
+            start = first.setdefault(each, place)
+            equations = by @ np.column_stack([matrix, place - start])
+            expected[each] = expected.get(each, 0.0) + equations.T @ equations
+    for each, of in zip(sums._id.tolist(), sums._sums, strict=True):
+        np.testing.assert_allclose(of, expected[each], rtol=1e-9, atol=1e-9)
+
+
+@given(st.integers(3, 12), st.integers(1, 3), st.integers(0, 2**32 - 1))
+@settings(deadline=None, max_examples=50)
+def test_errors_fit_as_by_leaving_out_one_object_at_a_time(count: int, size: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    residuals = rng.normal(size=(count, 9, 7))
+    information, freedom = residuals.swapaxes(1, 2) @ residuals, rng.uniform(1.0, 9.0, count)
+    errors = tuple(int(each) + OWN for each in rng.permutation(6)[:size])
+    columns = [each - OWN for each in errors]
+
+    def fitted(kept: list[int]) -> tuple[Floats, float]:
+        matrix, right = (information[kept][:, columns][:, :, each] for each in (columns, [6]))
+        value = np.linalg.solve(matrix.sum(axis=0), right.sum(axis=0)[:, 0])
+        all_errors = np.zeros(7)
+        all_errors[columns], all_errors[6] = -value, 1.0
+        return value, float(np.square(residuals[kept] @ all_errors).sum() / freedom[kept].sum())
+
+    found = fit(Reduced(information, freedom), errors)
+    assert found is not None
+    value, left = fitted(list(range(count)))
+    without = [fitted([k for k in range(count) if k != out]) for out in range(count)]
+    jackknife = (count - 1) / (count - 2) * sum(np.square(each - value) for each, _ in without)
+    covariance = np.linalg.inv(information[:, columns][:, :, columns].sum(axis=0)).diagonal()
+    np.testing.assert_allclose(found.value, value, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(found.left, left, rtol=1e-6)
+    np.testing.assert_allclose(found.left_without, [each for _, each in without], rtol=1e-6)
+    np.testing.assert_allclose(found.sigma, np.sqrt(max(1.0, left) * covariance + jackknife), rtol=1e-6)
+
+
+def test_errors_that_move_nothing_are_not_found() -> None:
+    assert fit(Reduced(np.zeros((4, 7, 7)), np.ones(4)), (YAW,)) is None

@@ -6,12 +6,14 @@ from collections.abc import Callable
 import msgspec
 import numpy as np
 import pytest
+from hypothesis import given, settings, strategies as st
 
 from ods.base.clock import NS
 from ods.messages import Detection, Obstacle
 from ods.pose.buffer import PoseEstimate
 from ods.tracker.outline.outlines import EDGE_KEPT_S, Outlines
-from ods.tracker.outline.seen import seen_from
+from ods.tracker.outline.owners import GATE, GATE_M, GATE_SIGMAS, Extents, owners_of
+from ods.tracker.outline.seen import Seen, seen_from
 from ods.tracker.output.snapshot import Snapshot
 
 PERIOD_NS = NS // 5
@@ -185,3 +187,59 @@ def test_half_of_what_echoes_claim_no_number_of_them_takes_away(cut: bool) -> No
     np.testing.assert_allclose(told.sigma_position[:, 0], (0.1, along, 0.1), atol=1e-3)
     assert told.sigma_radius[0] == pytest.approx(radius)
     assert told.covariance_ne[0] == pytest.approx(0.0, abs=1e-3)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(deadline=None, max_examples=50)
+def test_an_echo_is_of_the_object_whose_ellipse_it_fits_best(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n, m = 6, 12
+    head = head_at(0)
+    objects = snapshot(*((k, *rng.uniform(20.0, 35.0, 2).tolist(), float(rng.uniform(0.5, 6.0))) for k in range(n)))
+    objects.last_seen_utc_ns[:] = rng.random(n) < 0.3
+    spots = rng.uniform((15.0, 15.0, 0.2), (40.0, 40.0, 9.0), (m, 3)).tolist()
+    seen = seen_from(head, [echo(head, north, east, 0.0, length) for north, east, length in spots], 0.0, 0.0)
+    nn, ee = rng.uniform(0.5, 9.0, (2, n))
+    north, east = rng.uniform(-1.0, 1.0, (2, n))
+    extents = Extents(rng.random(n) < 0.5, north, east, nn, 0.4 * np.sqrt(nn * ee), ee)
+    owner = owners_of(objects, seen, extents, 0)
+    for k in range(m):
+        fits = [_fit_of(objects, extents, i, seen, k) for i in range(n)]
+        best = int(np.argmin([score for score, _ in fits]))
+        assert owner[k] == (best if fits[best][1] <= GATE**2 else -1)
+
+
+def _fit_of(objects: Snapshot, extents: Extents, i: int, seen: Seen, k: int) -> tuple[float, float]:
+    """Return the misfit and the squared distance in axes of echo `k` to object `i`, infinite where it is not of it."""
+    off, radius = seen.place[k] - objects.position[:2, i], objects.radius[i]
+    sigma = math.hypot(objects.sigma_position[:2, i].max(), seen.sigma[k])
+    blur = math.hypot(GATE_SIGMAS * sigma, GATE_M)
+    largest = 2.0 * (radius + GATE_SIGMAS * objects.sigma_radius[i]) + GATE_M
+    if objects.last_seen_utc_ns[i] != 0 or np.hypot(*off) > radius + GATE * blur or seen.radius[k] > largest:
+        return math.inf, math.inf
+    shape = radius**2 * np.eye(2)
+    if extents.extended[i]:
+        middle = np.array([extents.north[i], extents.east[i]])
+        nn, ne, ee = extents.north_north[i], extents.north_east[i], extents.east_east[i]
+        about = np.array([[nn, ne], [ne, ee]])
+        shape = 3.0 * (about + np.outer(middle, middle))
+    shape = shape + blur**2 * np.eye(2)
+    away = float(off @ np.linalg.solve(shape, off))
+    return away + math.log(np.linalg.det(shape)), away
+
+
+def test_the_echoes_of_an_image_are_weighted_by_their_lengths() -> None:
+    """Two parts of a wall: middle and second moments of the mixture, by numpy's weighted covariance of drawn points."""
+    wall, head, outlines = (7, 50.0, 5.0, 10.0), head_at(0), Outlines()
+    parts = [echo(head, 50.0, 1.0, 0.4, length=2.0), echo(head, 52.0, 8.0, 1.1, length=6.0)]
+    seen = seen_from(head, parts, 0.0, 0.0)
+    outlines.look(snapshot(wall), seen, head, 0)
+    known = outlines._known
+    weight = seen.length / seen.length.sum()
+    middle = weight @ seen.place
+    apart = seen.place - middle
+    moments = np.einsum("k,kij->ij", weight, seen.extent + apart[:, :, None] * apart[:, None, :])
+    assert (known.north[0], known.east[0]) == pytest.approx(middle - (50.0, 5.0))
+    assert (known.north_north[0], known.north_east[0], known.east_east[0]) == pytest.approx(moments.ravel()[[0, 1, 3]])
+    assert known.length[0] == pytest.approx(math.sqrt(3.0 * np.linalg.eigvalsh(moments)[1]))
+    assert known.near[0] == pytest.approx(seen.near.min())

@@ -5,6 +5,7 @@ body, so R^-1 is `rotation_matrix(q)`. Euler angles (roll, pitch, yaw: z-y-x ord
 [SSIE] L. Henriksen, IEEE AUV Symposium 1996, pp. 333-340.
 """
 
+import math
 from typing import TypeVar
 
 import numpy as np
@@ -43,6 +44,14 @@ def euler_from_quat(q: ArrayLike) -> tuple[Floats, Floats, Floats]:
     yaw_locked = np.arctan2(-2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z))
     yaw = np.where(locked, yaw_locked, np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
     return roll, np.arcsin(sin_pitch), yaw
+
+
+def yaw_from_quat(q: Floats) -> float:
+    """Return the last of `euler_from_quat` of one quaternion, (4,)."""
+    w, x, y, z = q.tolist()
+    if abs(2.0 * (w * y - z * x)) > 1.0 - 1e-12:
+        return math.atan2(-2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z))
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def rotation_matrix(q: ArrayLike) -> Floats:

@@ -44,6 +44,12 @@ def ray_fan_of(bodies: Bodies, which: int, grid: Grid, max_error: float) -> RayF
     return RayFan(bearing[: columns + 1], elevation[: columns * (cells + 1)].reshape(columns, cells + 1), farthest)
 
 
+def within_range(seen: Bodies, grid: Grid) -> list[int]:
+    """Return the numbers of those of (n,) bodies in the sonar's frame that may be within its range."""
+    away, sizes = (np.sqrt(np.square(seen[name]).sum(axis=1)) for name in ("centre", "half"))
+    return np.flatnonzero(away - sizes <= grid.edge_m + grid.samples * grid.dr_m).tolist()
+
+
 def rivals_of(seen: Bodies) -> Mask:
     """Return (n, n): whether, of (n,) bodies in the sonar's frame, the second may stand before the first."""
     rivals = np.empty((len(seen), len(seen)), np.bool_)

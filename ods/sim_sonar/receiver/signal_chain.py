@@ -79,6 +79,9 @@ class Receiver:
         self._echo = _power(gain.echo_gain_db(self._ranges, levels.tvg) + power_db, levels.gain)
         self._noise = _power(gain.noise_gain_db(self._ranges, levels.tvg), levels.noise_counts)
         self._belts_db = gain.belts_db(self._ranges, levels.belts) + gain_db
+        self._arcs: list[Dropout | DropIn] = [*levels.dropouts, *levels.drop_ins]
+        self._over_range = _amplitude(self._belts_db)
+        """Of a ping without arcs."""
         self._over_beams = _amplitude(gain.beams_db(sonar, levels, seed))
         self._field = SpeckleField(
             sonar,
@@ -102,14 +105,16 @@ class Receiver:
             stop = spell.first_beam + spell.beams if spell.beams else sonar.beams
             heard[index, spell.first_beam : stop] = spell.level_counts**2
             arriving[index] = spell.from_s <= sent.t_s < spell.to_s
-        arcs: list[Dropout | DropIn] = [*self._levels.dropouts, *self._levels.drop_ins]
-        over_range = self._belts_db + gain.arcs_db(self._ranges, arcs, self._seed, sent.ping_number)
+        over_range = self._over_range
+        if self._arcs:
+            arcs_db = gain.arcs_db(self._ranges, self._arcs, self._seed, sent.ping_number)
+            over_range = _amplitude(self._belts_db + arcs_db)
         return Levels(
             self._echo,
             self._noise,
             heard.astype(np.float32),
             arriving.astype(np.float32),
-            _amplitude(over_range),
+            over_range,
             self._over_beams,
             np.float32(self._levels.saturation_counts),
         )
@@ -133,9 +138,7 @@ class Receiver:
         if not self._levels.speckle:
             return self.mean_image(area, levels)
         area = self._by_all_ways(area)
-        field = np.zeros(area.shape, np.float32)
-        if area.any():
-            field = self._field.at(sent)
+        field = self._field.at(sent, area)
         salt = np.uint32(bits64(self._seed, PING_STREAM, sent.ping_number) & 0xFFFFFFFF)
         chance = Chance(self._noise_keys, salt, self._normal, self._amplitude, self._frozen, TABLE_REACH)
         native.receive(area, levels, chance, field)

@@ -72,28 +72,58 @@ static RowCells cells_of(const Argument *arguments, int k, int64_t row)
     };
 }
 
+/* Samples [first, last) of all beams. */
+typedef struct {
+    int64_t first, last;
+} Run;
+
+/* Sets `runs` to the samples at which any beam hears an echo; gaps as short as `margin` are filled, as to begin anew
+   costs more. Returns how many runs. */
+static int64_t runs_heard(const double *area, int64_t beams, int64_t samples, int64_t margin, Run *runs)
+{
+    double *most = ZEROS(double, samples);
+    int64_t count = 0;
+    for (int64_t beam = 0; beam < beams; beam++)
+        for (int64_t j = 0; j < samples; j++)
+            most[j] = larger(most[j], fabs(area[beam * samples + j]));
+    for (int64_t j = 0; j < samples; j++) {
+        if (most[j] == 0.0)
+            continue;
+        if (count == 0 || j - runs[count - 1].last > margin)
+            runs[count++] = (Run){j, j};
+        runs[count - 1].last = j + 1;
+    }
+    return count;
+}
+
 /* Adds the field of one sonar, `Scatterers`, in the cells of its pose, `Cells`, filtered in range and over the beams of
-   each of its planes, to `out`, which is zero. */
+   each of its planes, to `out`, which is zero, at the ranges where there is an echo: `area`. */
 LONG_KERNEL(fill_speckle,
             "u4[rows,width] keys, f4[width] nearness, " NORMAL_TABLE ", f4[:] range_taps, f4[:] beam_taps, int planes, "
             "int heading, int next_heading, float heading_share, i8[rows,2] along, f4[rows,2] along_share, "
-            "f4[rows,2] across, int time, float time_share, out f4[:,:] out")
+            "f4[rows,2] across, int time, float time_share, f8[beams,samples] area, out f4[beams,samples] out")
 {
     const int64_t width = SIZE(0, 1), range_taps = SIZE(3, 0), beam_taps = SIZE(4, 0), planes = larger_i(INT(5), 1);
-    const int64_t rows = SIZE(0, 0) / planes, beams = SIZE(14, 0) / planes;
-    const int64_t samples = smaller_i(SIZE(14, 1), width - range_taps + 1);
-    float *raw = SCRATCH(float, width), *smooth = SCRATCH(float, width), *out = ARRAY(float, 14);
+    const int64_t rows = SIZE(0, 0) / planes, beams = SIZE(15, 0) / planes, samples = SIZE(15, 1);
+    float *raw = SCRATCH(float, width), *smooth = SCRATCH(float, width), *out = ARRAY(float, 15);
     uint32_t *bits = SCRATCH(uint32_t, width);
-    for (int64_t r = 0; r < planes * rows; r++) {
-        hash_row(ARRAY(uint32_t, 0) + r * width, cells_of(arguments, 6, r), ARRAY(float, 1), width, bits);
-        normals_of(bits, ARRAY(float, 2), width, raw);
-        memset(smooth, 0, (size_t)width * sizeof *smooth);
-        for (int64_t k = 0; k < range_taps; k++)
-            add_times(smooth, ARRAY(float, 3)[k], raw + k, samples);
-        for (int64_t k = 0; k < beam_taps; k++) {
-            const int64_t beam = r % rows - k;
-            if (0 <= beam && beam < beams)
-                add_times(out + (r / rows * beams + beam) * SIZE(14, 1), ARRAY(float, 4)[k], smooth, samples);
+    Run *runs = SCRATCH(Run, samples);
+    const int64_t count = runs_heard(ARRAY(double, 14), SIZE(15, 0), samples, range_taps, runs);
+    for (int64_t r = 0; r < planes * rows; r++)
+        for (int64_t k = 0; k < count; k++) {
+            const int64_t first = runs[k].first, last = smaller_i(runs[k].last, width - range_taps + 1);
+            if (first >= last)
+                continue;
+            const uint32_t *keys = ARRAY(uint32_t, 0) + r * width + first;
+            hash_row(keys, cells_of(arguments, 6, r), ARRAY(float, 1) + first, last - first + range_taps - 1, bits);
+            normals_of(bits, ARRAY(float, 2), last - first + range_taps - 1, raw);
+            memset(smooth, 0, (size_t)(last - first) * sizeof *smooth);
+            for (int64_t tap = 0; tap < range_taps; tap++)
+                add_times(smooth, ARRAY(float, 3)[tap], raw + tap, last - first);
+            for (int64_t tap = 0; tap < beam_taps; tap++) {
+                const int64_t beam = r % rows - tap;
+                if (0 <= beam && beam < beams)
+                    add_times(out + (r / rows * beams + beam) * samples + first, ARRAY(float, 4)[tap], smooth, last - first);
+            }
         }
-    }
 }

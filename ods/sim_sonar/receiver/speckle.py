@@ -76,16 +76,18 @@ class SpeckleField:
         nearness = (1.0 / np.maximum(ranges, sonar.dr_m)).astype(np.float32)
         self._scatterers = Scatterers(keys, nearness, normal_table(), range_taps, beam_taps, sonar.planes)
 
-    def at(self, sent: Transmission) -> Normals:
-        """Return the (beams, samples) float32 normal numbers, mean 0, variance 1, that a ping sees."""
-        out = np.zeros((self._sonar.beams, self._sonar.samples), np.float32)
-        native.fill_speckle(self._scatterers, self._cells(*sent.pose, sent.t_s), out)
+    def at(self, sent: Transmission, area: Floats) -> Normals:
+        """Return the (beams, samples) float32 normal numbers, mean 0, variance 1, that a ping sees.
+
+        0 at ranges where no beam has any echo: `area`, (beams, samples) float64.
+        """
+        out = np.zeros(area.shape, np.float32)
+        native.fill_speckle(self._scatterers, self._cells(*sent.pose, sent.t_s), area, out)
         return out
 
     def _cells(self, position_ned: Floats, attitude: Floats, t_s: float) -> Cells:
         width, turn = self._sonar.beam_width_rad, 2.0 * math.pi / self._headings
-        _, _, yaw = geometry.euler_from_quat(attitude)
-        heading = float(yaw) / turn
+        heading = geometry.yaw_from_quat(attitude) / turn
         cell = math.floor(heading)
         # what goes up and down counts as seen at the border of the main lobe
         rise = position_ned[2] * math.sin(self._sonar.half_vertical_rad)

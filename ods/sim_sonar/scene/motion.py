@@ -1,6 +1,7 @@
 """Paths in time: where objects and the vehicle are, and how the vehicle is turned."""
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -61,6 +62,23 @@ class Motion:
     def _clamp(self, t_s: Times) -> Floats:
         assert self._spline is not None
         return np.asarray(np.minimum(np.maximum(t_s, self._spline.x[0]), self._spline.x[-1]))
+
+
+class Motions:
+    """Many paths together."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self.each = [Motion(path) for path in paths]
+        self._start = np.array([motion._start for motion in self.each]).reshape(-1, 3)
+        self._velocity = np.array([motion._velocity for motion in self.each]).reshape(-1, 3)
+        self._bent = [which for which, motion in enumerate(self.each) if motion._spline is not None]
+
+    def positions(self, t_s: float) -> Floats:
+        """Return (n, 3) NED, m."""
+        places = self._start + self._velocity * t_s
+        for which in self._bent:
+            places[which] = self.each[which].position(t_s)
+        return places
 
 
 class VehicleMotion(Motion):

@@ -22,7 +22,7 @@ from ods.sim_sonar.echo.bodies import (
     contains,
 )
 from ods.sim_sonar.pose import Times, VehiclePose
-from ods.sim_sonar.scene.motion import Motion, Moving, VehicleMotion
+from ods.sim_sonar.scene.motion import Motions, Moving, VehicleMotion
 from ods.sim_sonar.scene.settings import Cylinder, Plane, SceneFile, Sphere
 from ods.sim_sonar.sea_bed.model import sea_bed_of
 
@@ -70,7 +70,7 @@ class Scene:
         self._mounting = Mounting(file.vehicle.mounting or mounting or MountingSettings())
         self.sea_bed = sea_bed_of(file.sea_bed, file.seed) if file.sea_bed is not None else None
         self._vehicle: Moving = VehicleMotion(file.vehicle) if vehicle is None else vehicle
-        self._paths = [Motion(item) for item in file.objects]
+        self._paths = Motions(file.objects)
         self._bodies = np.concatenate([np.empty(0, BODY), *(_body(item) for item in file.objects)])
         self.shown = [i for i, item in enumerate(file.objects) if not _is_wall(item)]
         """Those of `bodies_at` that `objects_at` has: bounded objects."""
@@ -102,18 +102,17 @@ class Scene:
 
     def objects_at(self, t_s: float) -> ObjectStates:
         """Return where the bounded objects are at scene time `t_s`."""
-        paths = [self._paths[i] for i in self.shown]
         return ObjectStates(
             self._names,
-            np.array([path.position(t_s) for path in paths]).reshape(-1, 3),
-            np.array([path.velocity(t_s) for path in paths]).reshape(-1, 3),
+            self._paths.positions(t_s)[self.shown],
+            np.array([self._paths.each[i].velocity(t_s) for i in self.shown]).reshape(-1, 3),
             self._radius,
         )
 
     def bodies_at(self, t_s: float) -> Bodies:
         """Return all objects at `t_s`, in NED."""
         bodies = self._bodies.copy()
-        bodies["centre"] = np.array([path.position(t_s) for path in self._paths]).reshape(-1, 3)
+        bodies["centre"] = self._paths.positions(t_s)
         return bodies
 
     def _check(self) -> None:

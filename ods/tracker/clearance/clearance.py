@@ -7,9 +7,10 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.frames.geometry import body_to_global, polar_to_body, rotation_matrix, wrap_angle
-from ods.messages import Clearance, Detection, Detections, Obstacle, ObstacleList, PoseAt
-from ods.tracker.clearance.fan_mask import SIGMAS, extent_of, fan_mask
+from ods.base.frames.geometry import rotation_matrix
+from ods.compiled import native
+from ods.messages import Clearance, Detections, Obstacle, ObstacleList, PoseAt
+from ods.tracker.clearance.fan_mask import SIGMAS, Extent, extents_of, fan_mask
 from ods.tracker.clearance.free_grid import FreeGrid, Head
 from ods.tracker.clearance.sectors import Bodies, clear_water, nearest_body
 from ods.tracker.measurement.looked import looked_of
@@ -30,13 +31,14 @@ class ClearanceKeeper:
 
     def after(self, obstacles: ObstacleList, shown: Detections | None) -> Clearance:
         """Return what goes with a list; `shown`: the detections behind it, if there are any."""
+        echoes = [] if shown is None else extents_of(shown.detections)
         if obstacles.valid and obstacles.pose is not None and obstacles.head is not None and shown is not None:
-            self._look(obstacles.pose, obstacles.head, shown)
+            self._look(obstacles.pose, obstacles.head, shown, echoes)
         else:
             self._grid = self._before = None
-        return self._message(obstacles, shown)
+        return self._message(obstacles, echoes)
 
-    def _look(self, pose: PoseAt, pose_of_head: PoseAt, shown: Detections) -> None:
+    def _look(self, pose: PoseAt, pose_of_head: PoseAt, shown: Detections, echoes: list[Extent]) -> None:
         sector = shown.sector
         if not sector.range_max_m > 0.0:
             self._grid = None
@@ -52,7 +54,6 @@ class ClearanceKeeper:
         if looked is not None:
             self._grid.look_through(shown.t_ns / NS, sector, looked, head, turn)
             return
-        echoes = [echo for echo in shown.detections if _is_sound(echo)]
         mask = fan_mask(sector, shown.processed_ranges_m, shown.unseen, echoes, turn)
         if mask is not None:
             self._grid.look(shown.t_ns / NS, mask, head, swept=shown.turn_s > 0.0)
@@ -69,9 +70,9 @@ class ClearanceKeeper:
         turned = abs(math.remainder(azimuth - before[1], 2.0 * math.pi))
         return turned / since_s * 2.0 * shown.sector.range_max_m / shown.sound_speed
 
-    def _message(self, obstacles: ObstacleList, shown: Detections | None) -> Clearance:
+    def _message(self, obstacles: ObstacleList, echoes: list[Extent]) -> Clearance:
         n = self._settings.sectors
-        bodies = _bodies(obstacles, shown)
+        bodies = _bodies(obstacles, echoes)
         to_m, from_m = np.zeros(n), np.zeros(n)
         if self._grid is not None:
             from_m, to_m = clear_water(self._grid.free(obstacles.t_ns / NS), self._grid.cell_m, n)
@@ -99,18 +100,16 @@ class ClearanceKeeper:
         )
 
 
-def _bodies(obstacles: ObstacleList, shown: Detections | None) -> Bodies:
+def _bodies(obstacles: ObstacleList, echoes: list[Extent]) -> Bodies:
     """Return the obstacles of a list and the echoes of its ping, as seen from the vehicle; none without its pose."""
     if obstacles.pose is None:
         return Bodies(*np.zeros((4, 0)))
     place = obstacles.pose.position_ned
     found = np.array([_of_obstacle(each, place) for each in obstacles.obstacles if each.state != "terminated"])
     bodies = found.reshape(-1, 4).T
-    if obstacles.head is not None and shown is not None:
-        bodies = np.hstack(
-            [bodies, _of_echoes([each for each in shown.detections if _is_sound(each)], obstacles.head, place)]
-        )
-    return Bodies(*bodies)
+    if obstacles.head is not None:
+        bodies = np.hstack([bodies, _of_echoes(echoes, obstacles.head, place)])
+    return Bodies(*np.ascontiguousarray(bodies))
 
 
 _Body = tuple[float, float, float, float]
@@ -125,18 +124,10 @@ def _of_obstacle(obstacle: Obstacle, place: Sequence[float]) -> _Body:
     return math.atan2(east, north), half, max(away - obstacle.radius_m, 0.0), sigma
 
 
-def _of_echoes(echoes: list[Detection], head: PoseAt, place: Sequence[float]) -> Floats:
+def _of_echoes(echoes: list[Extent], head: PoseAt, place: Sequence[float]) -> Floats:
     """Return (4, m) echoes as seen from the vehicle: each by its near edge, in the middle and at both sides."""
-    extents = [(*extent_of(echo), echo.bearing_rad, echo.elevation_rad) for echo in echoes]
-    near, _, half, bearing, elevation = np.array(extents, np.float64).reshape(-1, 5).T[..., None]
-    edge = polar_to_body(near, bearing + half * np.array([0.0, -1.0, 1.0]), elevation)
-    points = body_to_global(edge, np.array(head.position_ned) - np.array(place), np.array(head.attitude))
-    azimuth = np.arctan2(points[..., 1], points[..., 0])
-    half_width = np.abs(wrap_angle(azimuth - azimuth[:, :1])).max(axis=1)
-    distance = np.hypot(points[..., 0], points[..., 1]).min(axis=1)
-    return np.stack([azimuth[:, 0], half_width, distance, np.zeros(len(echoes))])
-
-
-def _is_sound(echo: Detection) -> bool:
-    near, far, half = extent_of(echo)
-    return math.isfinite(near + far + half + echo.bearing_rad + echo.elevation_rad)
+    around = np.zeros((4, len(echoes)))
+    from_vehicle = np.array(head.position_ned) - np.array(place)
+    extents, turned = np.array(echoes, np.float64).reshape(-1, 5), rotation_matrix(np.array(head.attitude))
+    native.echoes_around(extents, from_vehicle, turned, *around[:3])
+    return around

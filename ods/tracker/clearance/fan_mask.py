@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Mask
+from ods.base.arrays import Bytes, Mask
 from ods.messages import Detection, Sector, UnseenPart
 from ods.tracker.measurement.scan import NOT_SWEPT
 
@@ -24,23 +24,18 @@ class FanMask(NamedTuple):
     heard: Mask
     """Something was heard there."""
 
-    def at(self, bearing: Floats, range_m: Floats) -> tuple[Mask, Mask]:
-        """Return both at places; outside of the sector neither."""
-        low, high = self.sector.bearing_min_rad, self.sector.bearing_max_rad
-        near, far = self.sector.range_min_m, self.sector.range_max_m
-        shown = np.zeros((BEARINGS + 2, RANGES + 2), np.uint8)  # outside is a rim of nothing
+    def shown(self) -> Bytes:
+        """Return (BEARINGS + 2, RANGES + 2) 1 where it is empty, 2 where something was heard, in a rim of nothing."""
+        shown = np.zeros((BEARINGS + 2, RANGES + 2), np.uint8)
         shown[1:-1, 1:-1] = self.empty + 2 * self.heard
-        column = np.clip((bearing - low) * (BEARINGS / (high - low)) + 1.0, 0.0, BEARINGS + 1.0).astype(np.intp)
-        row = np.clip((range_m - near) * (RANGES / (far - near)) + 1.0, 0.0, RANGES + 1.0).astype(np.intp)
-        at = shown.ravel()[column * (RANGES + 2) + row]
-        return (at & 1).astype(bool), (at & 2).astype(bool)
+        return shown
 
 
 def fan_mask(
     sector: Sector,
     processed_ranges_m: Sequence[tuple[float, float]],
     unseen: Sequence[UnseenPart],
-    echoes: Sequence[Detection],
+    echoes: Sequence["Extent"],
     turn_rad: float = 0.0,
 ) -> FanMask | None:
     """Return what a ping showed; None if its sector is invalid.
@@ -60,9 +55,9 @@ def fan_mask(
         bearings = of_part(part.bearing_min_rad, part.bearing_max_rad, borders[0], borders[1], BEARINGS)
         empty[bearings, _touched(part.range_min_m, part.range_max_m, borders[2], borders[3], RANGES)] = False
     for echo in echoes:
-        near, far, half = extent_of(echo)
-        bearings = _touched(echo.bearing_rad - half, echo.bearing_rad + half, borders[0], borders[1], BEARINGS)
-        ranges = _touched(near, far, borders[2], borders[3], RANGES)
+        low, high = echo.bearing_rad - echo.half_rad, echo.bearing_rad + echo.half_rad
+        bearings = _touched(low, high, borders[0], borders[1], BEARINGS)
+        ranges = _touched(echo.near_m, echo.far_m, borders[2], borders[3], RANGES)
         heard[bearings, ranges] = True
         empty[bearings, ranges.start :] = False
     if not turn_rad < borders[1] - borders[0]:  # not known, or too much
@@ -72,14 +67,29 @@ def fan_mask(
     return FanMask(sector, empty, heard)
 
 
-def extent_of(echo: Detection) -> tuple[float, float, float]:
-    """Return how near and how far an echo may be, m, and half its width, rad."""
+class Extent(NamedTuple):
+    """Where an echo may be."""
+
+    near_m: float
+    far_m: float
+    half_rad: float
+    """Half its width."""
+    bearing_rad: float
+    elevation_rad: float
+
+
+def extents_of(echoes: Sequence[Detection]) -> list[Extent]:
+    """Return where echoes may be, without those that are no numbers."""
+    return [each for each in map(_extent_of, echoes) if math.isfinite(sum(each))]
+
+
+def _extent_of(echo: Detection) -> Extent:
     near = echo.near_m - SIGMAS * echo.sigma_near_m
     if not echo.sigma_near_m > 0.0:  # not reported
         near = echo.range_m - echo.radius_m - SIGMAS * echo.sigma_range_m
     far = max(echo.range_m + echo.radius_m, near + echo.range_extent_m)
     half = 0.5 * echo.bearing_extent_rad + SIGMAS * echo.sigma_bearing_rad
-    return max(near, 0.0), far, min(half, math.pi)
+    return Extent(max(near, 0.0), far, min(half, math.pi), echo.bearing_rad, echo.elevation_rad)
 
 
 def _touched(low: float, high: float, first: float, last: float, count: int) -> slice:

@@ -4,6 +4,7 @@ What was seen to be empty stays so until something could have moved in, by the s
 """
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -96,19 +97,15 @@ class FreeGrid:
         """
         if self._middle is None:
             return
-        rows, columns = self._around(mask.sector, head)
-        forward, starboard, down = self._in_head(rows, columns, head)
-        range_m = np.sqrt(forward * forward + starboard * starboard + down * down)
-        empty, heard = mask.at(np.arctan2(starboard, forward), range_m)
-        room = range_m * math.sin(mask.sector.half_vertical_rad) - np.abs(down) - self._settings.half_height_m
-        self._keep(t_s, (rows, columns), LayerSeen(empty, heard, room), swept=swept)
+        cells = self._around(mask.sector, head)
+        self._keep(t_s, cells, self._layer(cells, head).in_fan(mask, self._settings.half_height_m), swept=swept)
 
     def look_through(self, t_s: float, sector: Sector, looked: Looked, head: Head, turn_rad: float) -> None:
         """Take in what a range image at `t_s` showed; turn_rad: see `layer_seen`."""
         if self._middle is None:
             return
         cells = self._around(sector, head)
-        places, half_m = self._in_head(*cells, head), self._settings.half_height_m
+        places, half_m = self._layer(cells, head).in_head(), self._settings.half_height_m
         self._keep(t_s, cells, layer_seen(sector, looked, places, half_m, self.cell_m, turn_rad))
 
     def _keep(self, t_s: float, cells: tuple[slice, slice], seen: LayerSeen, *, swept: bool = False) -> None:
@@ -117,11 +114,8 @@ class FreeGrid:
         if swept:
             clear, since_s, above_s = self._with_parts_before(t_s, cells, clear, heard, above_s)
         away = cells_from_others(clear)
-        hold_m = np.maximum(away * HALF_DIAGONAL - 1.0 - HALF_DIAGONAL, 0.0) * self.cell_m
-        hold_until = np.minimum(since_s + hold_m / self._settings.fastest_m_s, above_s)
-        until = self._free_until[cells]
-        np.copyto(until, np.maximum(until, hold_until), where=away >= 2.0)
-        until[heard] = NEVER
+        cell_s = self.cell_m / self._settings.fastest_m_s
+        native.hold_empty(self._free_until[cells], away, heard, above_s, since_s, cell_s, NEVER)
 
     def _with_parts_before(
         self, t_s: float, place: tuple[slice, slice], clear: Mask, heard: Mask, above_s: Floats
@@ -140,26 +134,62 @@ class FreeGrid:
 
     def _around(self, sector: Sector, head: Head) -> tuple[slice, slice]:
         """Return the rows and columns that the fan is in."""
-        bearing = np.linspace(sector.bearing_min_rad, sector.bearing_max_rad, 33)
-        rim = sector.range_max_m * np.stack([np.cos(bearing), np.sin(bearing), np.zeros(33)], axis=1)
-        points = np.vstack([rim @ head.turned.T, np.zeros(3)])[:, :2] + head.place[:2]
-        low = np.floor(points.min(axis=0) / self.cell_m).astype(int) - 2
-        high = np.ceil(points.max(axis=0) / self.cell_m).astype(int) + 3
-        first = np.array(self._middle) - REACH
-        (row0, column0), (row1, column1) = (np.clip(each - first, 0, SIDE).tolist() for each in (low, high))
-        return slice(row0, row1), slice(column0, column1)
+        assert self._middle is not None
+        rim = sector.range_max_m * (_rim(sector.bearing_min_rad, sector.bearing_max_rad) @ head.turned[:2, :2].T)
+        spans = []
+        for middle, place, low, high in zip(self._middle, head.place, rim.min(axis=0), rim.max(axis=0), strict=False):
+            first = math.floor((place + min(low, 0.0)) / self.cell_m) - 2 - middle + REACH
+            end = math.ceil((place + max(high, 0.0)) / self.cell_m) + 3 - middle + REACH
+            spans.append(slice(min(max(first, 0), SIDE), min(max(end, 0), SIDE)))
+        return spans[0], spans[1]
 
-    def _in_head(self, rows: slice, columns: slice, head: Head) -> tuple[Floats, Floats, Floats]:
-        """Return the middles of cells at the vehicle's depth, forward, starboard and down of the head, m."""
+    def _layer(self, cells: tuple[slice, slice], head: Head) -> "Layer":
+        rows, columns = cells
         first = np.array(self._middle) - REACH + 0.5
-        north = (first[0] + np.arange(rows.start, rows.stop)) * self.cell_m - head.place[0]
-        east = (first[1] + np.arange(columns.start, columns.stop)) * self.cell_m - head.place[1]
-        below = self._down - float(head.place[2])
-        to_head = head.turned.T
+        north_m = float((first[0] + rows.start) * self.cell_m - head.place[0])
+        east_m = float((first[1] + columns.start) * self.cell_m - head.place[1])
+        down_m = self._down - float(head.place[2])
+        shape = rows.stop - rows.start, columns.stop - columns.start
+        return Layer(shape, head.turned, north_m, east_m, down_m, self.cell_m)
+
+
+class Layer(NamedTuple):
+    """Middles of cells at the vehicle's depth, as seen from the head; north, east, down."""
+
+    shape: tuple[int, int]
+    turned: Floats
+    """(3, 3) head to global."""
+    north_m: float
+    """Of the first cell,"""
+    east_m: float
+    down_m: float
+    cell_m: float
+    """and from one to the next."""
+
+    def in_head(self) -> tuple[Floats, Floats, Floats]:
+        """Return them forward, starboard and down of the head, m."""
+        north = self.north_m + np.arange(self.shape[0]) * self.cell_m
+        east = self.east_m + np.arange(self.shape[1]) * self.cell_m
         forward, starboard, down = (
-            (axis[0] * north + axis[2] * below)[:, None] + (axis[1] * east)[None, :] for axis in to_head
+            (axis[0] * north + axis[2] * self.down_m)[:, None] + (axis[1] * east)[None, :] for axis in self.turned.T
         )
         return forward, starboard, down
+
+    def in_fan(self, mask: FanMask, half_height_m: float) -> LayerSeen:
+        """Return what a ping showed of the layer of +- `half_height_m` there."""
+        sector, (shape, *cells) = mask.sector, self
+        seen = LayerSeen(np.zeros(shape, bool), np.zeros(shape, bool), np.empty(shape))
+        borders = sector.bearing_min_rad, sector.bearing_max_rad, sector.range_min_m, sector.range_max_m
+        vertical = math.sin(sector.half_vertical_rad), half_height_m
+        native.layer_in_fan(mask.shown(), borders, vertical, tuple(cells), seen)
+        return seen
+
+
+@lru_cache(maxsize=4)
+def _rim(first_rad: float, last_rad: float) -> Floats:
+    """Return (33, 2) directions over a sector, forward and starboard. Do not write to it."""
+    bearing = np.linspace(first_rad, last_rad, 33)
+    return np.column_stack([np.cos(bearing), np.sin(bearing)])
 
 
 def cells_from_others(mask: Mask) -> Counts:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.base.frames.geometry import wrap_angle
+from ods.compiled import native
 from ods.tracker.clearance.free_grid import HALF_DIAGONAL, REACH, SIDE
 
 BLUR = 2.0 * HALF_DIAGONAL
@@ -50,19 +50,12 @@ def clear_water(free: Mask, cell_m: float, sectors: int) -> Clear:
 
     It begins where SHORTEST rings are: fewer are less than what the cells blur.
     """
-    bins = _bins(sectors)
-    taken = np.zeros(sectors * REACH, bool)
-    taken[bins.bin[~free.ravel()[bins.cell]]] = True
-    known = ~taken.reshape(sectors, REACH)
-    long = known[:, : REACH - SHORTEST + 1].copy()
-    for step in range(1, SHORTEST):
-        long &= known[:, step : REACH - SHORTEST + 1 + step]
-    first = np.argmax(long, axis=1)
-    ends = (np.arange(REACH) > first[:, None]) & ~known
-    last = np.where(ends.any(axis=1), np.argmax(ends, axis=1), REACH)
+    rings = np.empty((sectors, 2), np.int64)
+    native.clear_rings(free.ravel(), _bins(sectors), REACH, SHORTEST, rings)
+    first, last = rings.T
     from_m = np.where(first > 0, first + BLUR, 0.0) * cell_m
     to_m = (last - BLUR) * cell_m
-    nothing = ~long.any(axis=1) | (to_m <= from_m)
+    nothing = to_m <= from_m
     return Clear(np.where(nothing, 0.0, from_m), np.where(nothing, 0.0, to_m))
 
 
@@ -71,11 +64,9 @@ def nearest_body(bodies: Bodies, sectors: int, sigmas: float = 0.0) -> Floats:
 
     Infinite where there is none.
     """
-    middle = (np.arange(sectors) + 0.5) * (2.0 * math.pi / sectors)
-    off = np.abs(wrap_angle(middle[:, None] - bodies.azimuth[None, :]))
-    inside = off <= bodies.half_width + math.pi / sectors
-    distance = np.maximum(bodies.distance_m - sigmas * bodies.sigma_m, 0.0)
-    return np.asarray(np.where(inside, distance, np.inf).min(axis=1, initial=np.inf))
+    nearest = np.empty(sectors)
+    native.nearest_body(bodies, sigmas, nearest)
+    return nearest
 
 
 @lru_cache(maxsize=4)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Ints
+from ods.compiled import native
 from ods.tracker.common_error.sightings import COLUMNS, EAST, NORTH, OWN, TURN, YAW, Sightings
 
 NEARER_SIGMA_M, DEPTH_SIGMA_M = 2.0, 3.0
@@ -22,6 +23,8 @@ SEEN_LEAST = 3.0
 FORGOTTEN = 0.5
 """and below which it is forgotten."""
 WHOLE = COLUMNS + 1
+RATES = np.array([YAW, 0, 1]), np.array([TURN, NORTH, EAST])
+"""Columns of what changes with time, and of its rates."""
 OWN_INFORMATION = np.diag([1e-8, 1e-8, NEARER_SIGMA_M**-2, DEPTH_SIGMA_M**-4])
 
 
@@ -68,30 +71,27 @@ class FadingSums:
         self._fade(t_s - self._t_s)
         self._t_s = t_s
         self._begin(seen)
-        order = np.argsort(self._id)
-        rows = order[np.searchsorted(self._id, seen.id, sorter=order)]
-        moved = (seen.place - self._first[rows])[:, :, None]
-        equations = seen.whitening @ np.concatenate([seen.design, moved], axis=2)
-        self._sums[rows] += equations.swapaxes(1, 2) @ equations
-        self._seen[rows] += 1.0
+        rows = {each: row for row, each in enumerate(self._id.tolist())}
+        of = np.array([rows[each] for each in seen.id.tolist()], np.int64)
+        native.add_sightings(seen.place, seen.design, seen.whitening, of, self._first, self._sums, self._seen)
 
     def _fade(self, seconds: float) -> None:
         """Let what was seen count less, and rates count from `seconds` later."""
         fade = math.exp(-min(seconds / self._memory_s, 1.0 / LEAST_MEMORY))
-        later = np.eye(WHOLE)
-        later[YAW, TURN] = later[0, NORTH] = later[1, EAST] = -seconds
         kept = self._seen * fade > FORGOTTEN
-        self._id, self._first, self._seen = self._id[kept], self._first[kept], self._seen[kept] * fade
-        self._sums = fade * (later.T @ self._sums[kept] @ later)
+        if not kept.all():
+            self._id, self._first, self._seen = self._id[kept], self._first[kept], self._seen[kept]
+            self._sums = self._sums[kept]
+        self._seen *= fade
+        native.fade_sums(self._sums, fade, seconds, *RATES)
 
     def _begin(self, seen: Sightings) -> None:
-        new = ~np.isin(seen.id, self._id)
-        count = int(np.count_nonzero(new))
-        self._id, self._first = np.append(self._id, seen.id[new]), np.append(self._first, seen.place[new], axis=0)
-        self._sums, self._seen = (
-            np.append(self._sums, np.zeros((count, WHOLE, WHOLE)), axis=0),
-            np.append(self._seen, np.zeros(count)),
-        )
+        known = set(self._id.tolist())
+        new = [k for k, each in enumerate(seen.id.tolist()) if each not in known]
+        if new:
+            self._id, self._first = np.append(self._id, seen.id[new]), np.append(self._first, seen.place[new], axis=0)
+            self._sums = np.append(self._sums, np.zeros((len(new), WHOLE, WHOLE)), axis=0)
+            self._seen = np.append(self._seen, np.zeros(len(new)))
 
     def reduced(self) -> Reduced:
         """Return the estimate of the common errors by the objects."""
@@ -108,28 +108,14 @@ def fit(reduced: Reduced, errors: tuple[int, ...]) -> Fit | None:
 
     The variance that few objects show is itself uncertain, and grows as that of Student's distribution.
     """
-    columns = [column - OWN for column in errors]
-    each, right = reduced.information[:, columns][:, :, columns], reduced.information[:, columns, -1]
-    together, wanted = each.sum(axis=0), right.sum(axis=0)
-    try:
-        covariance = np.linalg.inv(together)
-        value = covariance @ wanted
-        left_out = np.linalg.solve(together - each, (wanted - right)[:, :, None])[:, :, 0]
-    except np.linalg.LinAlgError:
+    columns = np.array(errors, np.int64) - OWN
+    count, size = len(reduced.freedom), len(errors)
+    value, covariance, changes, left = np.empty(size), np.empty(size), np.empty(size), np.empty(count + 1)
+    if not native.fit_errors(reduced, columns, value, covariance, changes, left):
         return None
-    count = len(each)
-    few = count / (count - 2)
-    jackknife = few * (count - 1) / count * ((left_out - value) ** 2).sum(axis=0)
-    left = _mean_squares(reduced, columns, value[None], np.ones((1, count)))[0]
-    variance = max(1.0, float(left)) * np.diag(covariance) + jackknife
+    jackknife = (count - 1) / (count - 2) * changes
+    variance = max(1.0, float(left[0])) * covariance + jackknife
     if not (np.isfinite(variance).all() and (variance > 0.0).all() and np.isfinite(value).all()):
         return None
-    left_without = _mean_squares(reduced, columns, left_out, 1.0 - np.eye(count))
-    return Fit(value, np.sqrt(variance), float(wanted @ value), float(left), left_without)
-
-
-def _mean_squares(reduced: Reduced, columns: list[int], values: Floats, counted: Floats) -> Floats:
-    """Return (k,) the mean square that (k, p) values leave of the objects that count, (k, n) of 0 and 1."""
-    each, right = reduced.information[:, columns][:, :, columns], reduced.information[:, columns, -1]
-    rest = reduced.information[:, -1, -1] - 2.0 * values @ right.T + np.einsum("ki,nij,kj->kn", values, each, values)
-    return np.asarray((counted * rest).sum(axis=1) / (counted @ reduced.freedom))
+    wanted = reduced.information[:, columns, -1].sum(axis=0)
+    return Fit(value, np.sqrt(variance), float(wanted @ value), float(left[0]), left[1:])

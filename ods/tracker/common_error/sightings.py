@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Ints
+from ods.compiled import native
 from ods.tracker.existence.lifecycle import ACTIVE
-from ods.tracker.measurement.scan import Scan, Vehicle
+from ods.tracker.measurement.scan import Scan
 from ods.tracker.output.snapshot import Snapshot
 
 LARGEST_M = 4.0
@@ -49,52 +50,24 @@ class Sightings(NamedTuple):
 
 def sightings_of(snapshot: Snapshot, scan: Scan, motion: Motion) -> Sightings:
     """Return the active objects that are not large, each with its nearest echo; none without a pose."""
-    objects = snapshot.take((snapshot.state == ACTIVE) & (snapshot.radius < LARGEST_M))
-    vehicle, echoes = scan.vehicle, scan.echoes
-    if vehicle is None or not len(objects) or not len(echoes):
-        return _none()
-    offset = _offsets(vehicle, echoes.rows.range_m, echoes.rows.bearing)
-    place = vehicle.position[:2] + offset
-    off = np.linalg.norm(objects.position[:2].T[:, None] - place[None], axis=2)
-    nearest = off.argmin(axis=1)
-    own = off[np.arange(len(objects)), nearest] < REACH_M + objects.radius
-    echo = nearest[own]
-    sigma_range = np.maximum(echoes.rows.sigma_range[echo], LEAST_SIGMA_M)
-    sigma_bearing = np.maximum(echoes.rows.sigma_bearing[echo], LEAST_SIGMA_RAD)
-    return Sightings(
-        objects.id[own],
-        place[echo],
-        design_of(offset[echo], motion),
-        _whitening(offset[echo], sigma_range, sigma_bearing),
-    )
+    vehicle, echoes, n = scan.vehicle, scan.echoes.rows, len(snapshot)
+    which, place, design, whitening = np.empty(n, np.int64), np.empty((n, 2)), _designs(n), np.empty((n, 2, 2))
+    if vehicle is None:
+        return Sightings(which[:0], place[:0], design[:0], whitening[:0])
+    judged = (snapshot.state == ACTIVE) & (snapshot.radius < LARGEST_M)
+    objects = judged, np.ascontiguousarray(snapshot.position), np.ascontiguousarray(snapshot.radius)
+    heard = echoes.range_m, echoes.bearing, echoes.sigma_range, echoes.sigma_bearing
+    limits, answer = (REACH_M, LEAST_SIGMA_M, LEAST_SIGMA_RAD), (which, place, design, whitening)
+    count = native.common_sightings(objects, heard, vehicle.position, vehicle.rotation, *motion, limits, answer)
+    return Sightings(snapshot.id[which[:count]], place[:count], design[:count], whitening[:count])
 
 
 def design_of(offset: Floats, motion: Motion) -> Floats:
     """Return (k, 2, COLUMNS) by how much each unknown moves places that are `offset`, (k, 2), from the head."""
-    away = np.linalg.norm(offset, axis=1)[:, None]
-    ahead = offset / away
-    turned = np.column_stack([-offset[:, 1], offset[:, 0]])
-    design = np.zeros((len(offset), 2, COLUMNS))
-    design[:, 0, 0] = design[:, 1, 1] = 1.0
-    design[:, :, 2], design[:, :, 3] = -ahead, ahead / (2.0 * away)
-    design[:, :, YAW], design[:, :, SCALE] = turned, offset
-    design[:, :, LATENCY] = motion.velocity + motion.yaw_rate * turned
+    design = _designs(len(offset))
+    native.common_designs(np.ascontiguousarray(offset), *motion, design)
     return design
 
 
-def _offsets(vehicle: Vehicle, range_m: Floats, bearing: Floats) -> Floats:
-    """Return (m, 2) north, east from the head to echoes, as if they were level with it."""
-    ahead = np.column_stack([np.cos(bearing), np.sin(bearing)]) @ vehicle.rotation[:2, :2].T
-    length: Floats = np.linalg.norm(ahead, axis=1)
-    return np.asarray(ahead * (range_m / np.maximum(length, 1e-6))[:, None])
-
-
-def _whitening(offset: Floats, sigma_range: Floats, sigma_bearing: Floats) -> Floats:
-    away = np.linalg.norm(offset, axis=1)
-    ahead = offset / away[:, None]
-    across = np.column_stack([-ahead[:, 1], ahead[:, 0]])
-    return np.stack([ahead / sigma_range[:, None], across / (away * sigma_bearing)[:, None]], axis=1)
-
-
-def _none() -> Sightings:
-    return Sightings(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 2, COLUMNS)), np.zeros((0, 2, 2)))
+def _designs(count: int) -> Floats:
+    return np.empty((count, 2, COLUMNS))

@@ -110,7 +110,8 @@ def echoes_of(table: Floats) -> tuple[Echoes, int]:
     The last columns may be missing, (m, 7) to (m, 11): unknown, and not cut. Dropped: numbers that are not finite or
     absurdly large, ranges not above 0, negative radii or standard deviations.
     """
-    table = np.column_stack([table, np.zeros((len(table), len(EchoRows._fields) - table.shape[1]))])
+    missing = len(EchoRows._fields) - table.shape[1]
+    table = np.column_stack([table, np.zeros((len(table), missing))]) if missing else table
     rows = EchoRows(*table.T)
     claims = np.array([rows.radius, rows.sigma_range, rows.sigma_bearing, rows.sigma_radius])
     good = (np.abs(table) <= LARGEST).all(axis=1) & (rows.range_m > 0.0) & (claims >= 0.0).all(axis=0)

@@ -11,11 +11,12 @@ from typing import Generic, NamedTuple, TypeVar
 import msgspec
 import numpy as np
 
-from ods.base.arrays import Floats, Indices, Ints
+from ods.base.arrays import Floats, Ints
 from ods.base.clock import NS
+from ods.compiled import native
 from ods.messages import Obstacle, Outline
 from ods.pose.buffer import PoseEstimate
-from ods.tracker.outline.owners import Extents, owned
+from ods.tracker.outline.owners import Extents, owners_of
 from ods.tracker.outline.seen import Seen
 from ods.tracker.output.snapshot import Snapshot
 
@@ -82,7 +83,7 @@ class Outlines:
 
     def __init__(self) -> None:
         self._ids: Ints = np.empty(0, np.int64)
-        self._table = np.zeros((FIELDS, 0))
+        self._table, self._strips = np.zeros((FIELDS, 0)), np.zeros((0, len(_Strip._fields)))
         self._t_ns = 0
         self._head = np.zeros(3)
 
@@ -95,62 +96,47 @@ class Outlines:
         """Take in the echoes of an image at `utc_ns`: those of the objects that were seen in it show their outlines."""
         self._follow(snapshot, head)
         known = self._known
-        middle_ne = np.stack([known.north, known.east])
-        about = np.stack([known.north_north, known.north_east, known.east_east])
-        objects, echoes = owned(snapshot, seen, Extents(known.sights >= LEAST_SIGHTS, middle_ne, about), utc_ns)
-        if not len(objects):
-            return
-        rows, parts = np.unique(objects, return_inverse=True)
-        nearest = np.lexsort((seen.near[echoes], parts))[np.searchsorted(np.sort(parts), np.arange(len(rows)))]
-        front = echoes[nearest]
-        self._take_claims(rows, seen.sigma_along[front] ** 2, seen.sigma_radius[front] ** 2)
-        self._take_edges(rows, seen.near[front], seen.sigma_near[front] ** 2)
-        middle, moments = _together(seen, echoes, parts, len(rows))
-        nn, ne, ee = moments
-        half = np.sqrt(1.5 * (nn + ee) + 3.0 * np.hypot(0.5 * (nn - ee), ne))
-        self._take_extents(rows, (*(middle - snapshot.position[:2, rows]), *moments, half, half**2))
+        owner = owners_of(snapshot, seen, Extents(known.sights >= LEAST_SIGHTS, *known[FIRST_MEAN:-2]), utc_ns)
+        position = np.ascontiguousarray(snapshot.position)
+        native.take_outlines(known, position, seen, owner, NEWEST_SHARE, EDGE_KEPT_S)
+        self._strips = np.empty((len(snapshot), len(_Strip._fields)))
+        native.strips_of(known, LEAST_SIGHTS, ELONGATED_M, ELONGATED, LENGTH_ERROR, self._strips)
 
     def covering(self, snapshot: Snapshot) -> Snapshot:
         """Return the objects with circles that cover their outlines, where they have one, and with common errors.
 
         The circle of an echo of a wall seen aslant is as deep as it is wide, as that of a whole body is: too small.
         """
-        place = {each: k for k, each in enumerate(self._ids.tolist())}
-        listed = [k for k, each in enumerate(snapshot.id.tolist()) if each in place]
-        table = self._table[:, [place[each] for each in snapshot.id[listed].tolist()]]
-        radius, known = snapshot.radius.copy(), Known(*table)
-        reach = np.array([_reach(Known(*each)) for each in table.T.tolist()])
-        radius[listed] = np.maximum(radius[listed], np.minimum(reach, TOO_SMALL * radius[listed]))
-        away = (snapshot.position - self._head[:, None])[:2, listed]
-        north, east = away / np.maximum(np.hypot(*away), 1e-3)
-        shared = np.zeros((4, len(snapshot)))
-        along = COMMON_ERROR**2 * known.along_claim
-        shared[:, listed] = (
-            along * north**2,
-            along * east**2,
-            along * north * east,
-            COMMON_ERROR**2 * known.radius_claim,
-        )
-        return replace(
-            snapshot, radius=radius, covariance_ne=snapshot.covariance_ne + shared[2],
-            sigma_position=np.sqrt(snapshot.sigma_position**2 + np.vstack((shared[:2], np.zeros((1, len(snapshot)))))),
-            sigma_radius=np.sqrt(snapshot.sigma_radius**2 + shared[3]),
+        rows = self._rows()
+        of = np.array([rows.get(each, -1) for each in snapshot.id.tolist()], np.int64)
+        radius, covariance = snapshot.radius.copy(), snapshot.covariance_ne.copy()
+        sigma, sigma_radius = snapshot.sigma_position.copy("C"), snapshot.sigma_radius.copy()
+        native.cover_outlines(
+            self._known, self._strips, of, self._head, np.ascontiguousarray(snapshot.position),
+            LIKELY, TOO_SMALL, COMMON_ERROR, radius, covariance, sigma, sigma_radius,
         )  # fmt: skip
+        return replace(
+            snapshot, radius=radius, covariance_ne=covariance, sigma_position=sigma, sigma_radius=sigma_radius
+        )
+
+    def _rows(self) -> dict[int, int]:
+        return {each: k for k, each in enumerate(self._ids.tolist())}
 
     def outlined(self, obstacles: list[Obstacle], t_ns: int) -> list[Obstacle]:
         """Return obstacles with their outlines, and their edges if `t_ns` is the time of the newest image."""
         is_of_image = t_ns == self._t_ns
-        place = {each: k for k, each in enumerate(self._ids.tolist())}
-        known = self._table.T.tolist()
+        rows, known, strips = self._rows(), self._table.T.tolist(), self._strips.tolist()
         return [
-            _outlined(each, Known(*known[place[each.id]]), is_of_image) if each.id in place else each
-            for each in obstacles
+            obstacle
+            if (row := rows.get(obstacle.id)) is None
+            else _outlined(obstacle, Known(*known[row]), _Strip(*strips[row]), is_of_image)
+            for obstacle in obstacles
         ]
 
     def _follow(self, snapshot: Snapshot, head: PoseEstimate) -> None:
         """Keep the objects of the snapshot, predicted to its time."""
         dt = max(0.0, (head.t_ns - self._t_ns) / NS) if len(self._ids) else 0.0
-        old = {each: k for k, each in enumerate(self._ids.tolist())}
+        old = self._rows()
         ids = snapshot.id.tolist()
         table = np.zeros((FIELDS, len(ids)))
         kept = [k for k, each in enumerate(ids) if each in old]
@@ -164,84 +150,22 @@ class Outlines:
         known.unseen_s[:] += dt
         self._ids, self._table, self._t_ns, self._head = snapshot.id.copy(), table, head.t_ns, head.position_ned
 
-    def _take_claims(self, rows: Indices, along: Floats, radius: Floats) -> None:
-        """Take in what images claim of place and radius, where they see the whole object."""
-        whole = np.isfinite(radius)
-        rows, known = rows[whole], self._known
-        share = np.where(known.radius_claim[rows] == 0.0, 1.0, _share_of(known.sights[rows]))
-        known.along_claim[rows] += share * (along[whole] - known.along_claim[rows])
-        known.radius_claim[rows] += share * (radius[whole] - known.radius_claim[rows])
 
-    def _take_edges(self, rows: Indices, near: Floats, variance: Floats) -> None:
-        """Correct near edges, or begin with them."""
-        known = self._known
-        fresh = (known.sights[rows] == 0.0) | (known.unseen_s[rows] > EDGE_KEPT_S)
-        before = known.near_variance[rows]
-        gain = np.where(fresh, 1.0, before / (before + variance))
-        known.near[rows] += gain * (near - known.near[rows])
-        known.near_variance[rows] = gain * variance
-        share = np.where(fresh, 1.0, _share_of(known.sights[rows]))
-        known.near_claim[rows] += share * (variance - known.near_claim[rows])
-
-    def _take_extents(self, rows: Indices, seen: tuple[Floats, ...]) -> None:
-        """Take outlines in: place of the middle, second moments, half length and its square."""
-        known = self._known
-        known.sights[rows] += 1.0
-        known.unseen_s[rows] = 0.0
-        share = _share_of(known.sights[rows] - 1.0)
-        for mean, new in zip(known[FIRST_MEAN:], seen, strict=True):
-            mean[rows] += share * (new - mean[rows])
-
-
-def _share_of(sights: Floats) -> Floats:
-    """Return the weight of a new image after a number of them."""
-    return np.maximum(NEWEST_SHARE, 1.0 / (sights + 1.0))
-
-
-def _together(seen: Seen, echoes: Indices, parts: Indices, count: int) -> tuple[Floats, tuple[Floats, Floats, Floats]]:
-    """Return middle (2, count) and second moments of the objects that echoes are parts of, weighted by length."""
-    weight = np.maximum(seen.length[echoes], 1e-3)
-
-    def mean(values: Floats) -> Floats:
-        return np.asarray(np.bincount(parts, weight * values, count) / np.bincount(parts, weight, count))
-
-    middle = np.stack([mean(axis) for axis in seen.place[echoes].T])
-    apart = seen.place[echoes] - middle.T[parts]
-    moments = seen.extent[echoes] + apart[:, :, None] * apart[:, None, :]
-    return middle, (mean(moments[:, 0, 0]), mean(moments[:, 0, 1]), mean(moments[:, 1, 1]))
-
-
-def _principal(nn: float, ne: float, ee: float) -> tuple[float, float]:
-    """Return the standard deviations along the principal axes, the larger first."""
-    mean, gap = 0.5 * (nn + ee), math.hypot(0.5 * (nn - ee), ne)
-    return math.sqrt(mean + gap), math.sqrt(max(0.0, mean - gap))
-
-
-def _reach(known: Known[float]) -> float:
-    """Return the radius of the circle about the object's place that covers its outline, m; 0: it has none."""
-    strip = _strip(known)
-    if strip is None or strip.elongated <= LIKELY:
-        return 0.0
-    return math.hypot(known.north, known.east) + strip.half_length
-
-
-def _outlined(obstacle: Obstacle, known: Known[float], is_of_image: bool) -> Obstacle:
+def _outlined(obstacle: Obstacle, known: Known[float], strip: "_Strip", is_of_image: bool) -> Obstacle:
     near_m = sigma_near_m = outline = None
     if is_of_image and known.sights and known.unseen_s <= EDGE_KEPT_S:
         near_m, sigma_near_m = known.near, math.sqrt(known.near_variance + COMMON_ERROR**2 * known.near_claim)
-    strip = _strip(known)
-    elongated = 0.0 if strip is None else strip.elongated
-    if strip is not None and elongated > LIKELY:
+    if strip.elongated > LIKELY:
         north, east, _ = obstacle.position_ned
         middle = north + known.north, east + known.east
         outline = Outline(middle, strip.half_length, strip.half_width, strip.azimuth, strip.sigma)
     return msgspec.structs.replace(
-        obstacle, near_m=near_m, sigma_near_m=sigma_near_m, elongated=elongated, outline=outline
+        obstacle, near_m=near_m, sigma_near_m=sigma_near_m, elongated=strip.elongated, outline=outline
     )
 
 
 class _Strip(NamedTuple):
-    """The strip with the same second moments."""
+    """The strip with the same second moments; all 0 of what was seen too few times."""
 
     elongated: float
     """Probability."""
@@ -250,17 +174,3 @@ class _Strip(NamedTuple):
     azimuth: float
     sigma: float
     """Of the half length, m."""
-
-
-def _strip(known: Known[float]) -> _Strip | None:
-    """Return the strip of an object; None: it was seen too few times."""
-    if known.sights < LEAST_SIGHTS:
-        return None
-    along, across = _principal(known.north_north, known.north_east, known.east_east)
-    half_length, half_width = math.sqrt(3.0) * along, math.sqrt(3.0) * across
-    spread = math.sqrt(max(0.0, known.length_square - known.length**2))
-    sigma = math.hypot(spread, LENGTH_ERROR * half_length) + 1e-3
-    excess = half_length - max(ELONGATED_M, ELONGATED * half_width)
-    azimuth = 0.5 * math.atan2(2.0 * known.north_east, known.north_north - known.east_east)
-    elongated = 0.5 * math.erfc(-excess / sigma * math.sqrt(0.5))
-    return _Strip(elongated, half_length, half_width, azimuth % math.pi, sigma)

@@ -1,12 +1,14 @@
 """The echoes of one ping in the global frame: their places, near edges and extents, in the horizontal plane."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.base.frames.geometry import polar_to_body, rotation_matrix
+from ods.base.frames.geometry import rotation_matrix
+from ods.compiled import native
 from ods.messages import Detection
 from ods.pose.buffer import PoseEstimate
 
@@ -45,22 +47,15 @@ def seen_from(head: PoseEstimate, echoes: Sequence[Detection], fan_turn: float, 
         [
             (*(d.range_m, d.bearing_rad, d.elevation_rad, d.radius_m, d.sigma_range_m, d.sigma_bearing_rad),
              *(d.near_m, d.sigma_near_m, d.half_length_m, d.half_width_m, d.axis_rad),
-             np.nan if d.cut else d.sigma_radius_m)
+             math.nan if d.cut else d.sigma_radius_m)
             for d in echoes
             if d.sigma_near_m > 0.0 and d.half_length_m > 0.0
-        ]
-    )  # fmt: skip
-    distance, bearing, elevation, radius, along, turned, *edge, of_radius = columns.reshape(-1, 12).T
-    near, sigma_near, length, width, axis = edge
-    bearing = bearing + fan_turn * distance
-    body = polar_to_body(1.0, bearing, elevation)
-    sight = body @ rotation_matrix(head.attitude).T
-    moved = distance / (sound_speed or np.inf) * (sight @ head.velocity_ned)
-    place = head.position_ned[:2] + (distance + moved)[:, None] * sight[:, :2]
-    azimuth = np.arctan2(sight[:, 1], sight[:, 0]) + axis
-    c, s = np.cos(azimuth), np.sin(azimuth)
-    both, gap = (length**2 + width**2) / 6.0, (length**2 - width**2) / 6.0
-    cosine, sine = gap * (c * c - s * s), 2.0 * gap * c * s
-    extent = np.stack([np.stack([both + cosine, sine], -1), np.stack([sine, both - cosine], -1)], -2)
-    sigma, whole_along = np.maximum(along, distance * turned), np.where(np.isnan(of_radius), np.nan, along)
-    return Seen(place, radius, sigma, near + moved, sigma_near, whole_along, of_radius, extent, length)
+        ],
+        np.float64,
+    ).reshape(-1, 12)  # fmt: skip
+    m = len(columns)
+    place, extent, (*numbers, length) = np.empty((m, 2)), np.empty((m, 2, 2)), np.empty((7, m))
+    seen = Seen._make([place, *numbers, extent, length])
+    pose = head.position_ned, rotation_matrix(head.attitude), head.velocity_ned
+    native.see_outlines(columns, pose, fan_turn, sound_speed or math.inf, seen)
+    return seen

@@ -103,13 +103,11 @@ class ObstacleLister:
 
     def _predictions(self, snapshot: Snapshot) -> Iterable[list[Prediction]]:
         leads = self._settings.lead_times_s
-        later = [snapshot.extrapolated(lead, self._motion) for lead in leads]
+        after_s = np.repeat(np.array(leads, np.float64)[:, None], len(snapshot), axis=1)
+        places, sigmas = snapshot.places_after(after_s, self._motion)
         each = [
-            [
-                Prediction(lead, p, s)
-                for p, s in zip(_vectors(then.position), _vectors(then.sigma_position), strict=True)
-            ]
-            for lead, then in zip(leads, later, strict=True)
+            [Prediction(lead, p, s) for p, s in zip(_vectors(place), _vectors(sigma), strict=True)]
+            for lead, place, sigma in zip(leads, places, sigmas, strict=True)
         ]
         return map(list, zip(*each, strict=True)) if each else [[]] * len(snapshot)
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.base.clock import NS
+from ods.compiled import native
 from ods.tracker.existence import lifecycle
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.observer.registry import CHANGE_RATE
@@ -44,7 +45,8 @@ class Snapshot:
 
     def take(self, rows: Indices | Mask) -> "Snapshot":
         """Return the objects of an index array or a mask."""
-        return Snapshot(*(getattr(self, name)[..., rows] for name in Snapshot.__slots__))
+        which = rows.nonzero()[0] if rows.dtype == np.bool_ else rows
+        return Snapshot(*(getattr(self, name).take(which, axis=-1) for name in Snapshot.__slots__))
 
     def joined(self, other: "Snapshot") -> "Snapshot":
         """Return the objects of both."""
@@ -61,27 +63,27 @@ class Snapshot:
         distance = np.hypot(*(self.position[:2] - centre[:2, None])) - self.radius
         return self.take(np.sort(np.argpartition(distance, count)[:count]))
 
-    def extrapolated(self, dt: float | Floats, motion: MotionSettings) -> "Snapshot":
-        """Return the same objects `dt` >= 0 seconds later, (n,) or one for all, each at its velocity.
+    def extrapolated(self, dt: float, motion: MotionSettings) -> "Snapshot":
+        """Return the same objects `dt` >= 0 seconds later, as `places_after`."""
+        (position,), (sigma,) = self.places_after(np.full((1, len(self)), dt), motion)
+        return replace(self, position=position, sigma_position=sigma)
+
+    def places_after(self, dt: Floats, motion: MotionSettings) -> tuple[Floats, Floats]:
+        """Return where the objects are (k, n) >= 0 seconds later, each at its velocity: (k, 3, n) positions and their
+        standard deviations.
 
         Errors of position and velocity are taken to go together, which a filter's are nearly: the standard deviation
         is never smaller than the filter's own prediction. To it comes what manoeuvres may add: what is usual
         (`motion`), and of those that manoeuvre now what they do beyond that, until they change their ways.
         """
-        usual, now = motion.acceleration_noise * dt**3 / 3.0, np.maximum(self.restless, 0.0) * _wandered(dt)
-        manoeuvres = (1.0 - self.static) * (usual + now)
-        drift = self.static * motion.static_noise * dt
-        grown = (self.sigma_position + self.sigma_velocity * dt) ** 2 + manoeuvres + drift
-        return replace(self, position=self.position + self.velocity * dt, sigma_position=np.sqrt(grown))
+        position, sigma = np.empty((2, len(dt), 3, len(self)))
+        native.extrapolate(self.movers(motion), dt, position, sigma)
+        return position, sigma
 
-
-def _wandered(dt: float | Floats) -> float | Floats:
-    """Return what an acceleration of density 1 that is left off at `CHANGE_RATE` adds to a variance in `dt` >= 0, s^3.
-
-    The integral of (dt - u)^2 exp(-CHANGE_RATE u) over u from 0 to dt.
-    """
-    left = CHANGE_RATE * np.asarray(dt)
-    return np.asarray((left * (left - 2.0) - 2.0 * np.expm1(-left)) / CHANGE_RATE**3)
+    def movers(self, motion: MotionSettings) -> tuple[Floats | float, ...]:
+        """Return what kernels take (`MOVERS` of ahead.c)."""
+        moving = self.position, self.velocity, self.sigma_position, self.sigma_velocity, self.static, self.restless
+        return *map(np.ascontiguousarray, moving), motion.acceleration_noise, motion.static_noise, CHANGE_RATE
 
 
 def snapshot_of(tracks: Tracks) -> Snapshot:

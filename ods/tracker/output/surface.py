@@ -12,7 +12,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Mask
 from ods.base.clock import NS
-from ods.base.frames.geometry import body_to_polar, global_to_body
+from ods.base.frames.geometry import rotation_matrix
 from ods.pose.buffer import PoseEstimate
 from ods.tracker.existence import lifecycle
 from ods.tracker.output.snapshot import Snapshot
@@ -77,8 +77,11 @@ class WaveFilter:
         """Return (n,) bool: objects that are waves; none where the pose is unknown."""
         if view is None or self._settings.list == "all":
             return np.zeros(len(snapshot), bool)
-        high, running = may_be_at_surface(snapshot, view, self._settings), runs(snapshot)
+        high = may_be_at_surface(snapshot, view, self._settings)
         young = self._young(snapshot, view.utc_ns, YOUNG_S)
+        if self._velocity is None and not self._until_ns and not high.any():
+            return high
+        running = runs(snapshot)
         suspected = self._learn(snapshot.take(np.flatnonzero(running & high)), view.utc_ns)
         waits = np.zeros(len(snapshot), bool)
         if suspected is not None:
@@ -150,8 +153,9 @@ def may_be_at_surface(snapshot: Snapshot, view: View, settings: SurfaceSettings)
     place = (snapshot.position - snapshot.velocity * age).T
     place[:, 2] = settings.down_m
     head = view.head.position_ned - np.outer(age, view.head.velocity_ned)
-    seen = global_to_body(place - head, np.zeros(3), view.head.attitude)
-    distance, _, elevation = body_to_polar(seen)
+    forward, starboard, down = ((place - head) @ rotation_matrix(view.head.attitude)).T
+    away = np.hypot(forward, starboard)
+    distance, elevation = np.hypot(away, down), np.arctan2(-down, away)
     in_fan = (np.abs(elevation) < LOBES * view.half_vertical) & (distance > NEAREST_M) & (head[:, 2] > settings.down_m)
     return np.asarray(in_fan & ~hangs_low(snapshot, settings))
 

@@ -11,10 +11,12 @@ from hypothesis import given, settings, strategies as st
 
 from ods.base.arrays import Floats, Mask
 from ods.base.clock import NS
-from ods.base.frames.geometry import body_to_polar, global_to_body, quat_from_euler
+from ods.base.frames.geometry import body_to_polar, global_to_body, quat_from_euler, rotation_matrix
 from ods.messages import Clearance, Detection, Detections, Obstacle, ObstacleList, PoseAt, Sector, UnseenPart
 from ods.tracker.clearance.clearance import ClearanceKeeper
-from ods.tracker.clearance.free_grid import REACH, ROOM, cells_from_others
+from ods.tracker.clearance.fan_mask import BEARINGS, RANGES, FanMask
+from ods.tracker.clearance.free_grid import REACH, ROOM, SIDE, Layer, cells_from_others
+from ods.tracker.clearance.sectors import BLUR, Bodies, _bins, clear_water, nearest_body
 from ods.tracker.settings import ClearanceSettings
 
 N = 72
@@ -347,3 +349,51 @@ def test_whatever_is_told_to_be_empty_was_seen_so_and_nothing_could_have_come_th
                     all_of_it &= look.shows(points + share * way_m * step, stand.down)
             vouched |= all_of_it
         assert vouched.all(), (k, points[~vouched])
+
+
+def test_what_a_ping_showed_of_the_layer_is_that_of_each_cells_middle() -> None:
+    rng = np.random.default_rng(5)
+    mask = FanMask(SECTOR, rng.random((BEARINGS, RANGES)) < 0.6, rng.random((BEARINGS, RANGES)) < 0.1)
+    layer = Layer((40, 55), rotation_matrix(quat_from_euler(0.1, -0.2, 2.0)), -12.0, -20.0, 1.5, 0.9)
+    empty, heard, room = layer.in_fan(mask, 0.3)
+    forward, starboard, down = layer.in_head()
+    away = np.sqrt(forward**2 + starboard**2 + down**2)
+    step_rad = (SECTOR.bearing_max_rad - SECTOR.bearing_min_rad) / BEARINGS
+    step_m = (SECTOR.range_max_m - SECTOR.range_min_m) / RANGES
+    column = np.floor((np.arctan2(starboard, forward) - SECTOR.bearing_min_rad) / step_rad).astype(int)
+    row = np.floor((away - SECTOR.range_min_m) / step_m).astype(int)
+    inside = (column >= 0) & (column < BEARINGS) & (row >= 0) & (row < RANGES)
+    at = np.clip(column, 0, BEARINGS - 1), np.clip(row, 0, RANGES - 1)
+    assert inside.any()
+    assert not inside.all()
+    np.testing.assert_array_equal(empty, inside & mask.empty[at])
+    np.testing.assert_array_equal(heard, inside & mask.heard[at])
+    np.testing.assert_allclose(room, away * math.sin(SECTOR.half_vertical_rad) - np.abs(down) - 0.3, atol=1e-12)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(4, 90))
+@settings(deadline=None, max_examples=20)
+def test_clear_water_is_the_first_stretch_of_three_rings(seed: int, sectors: int) -> None:
+    rng = np.random.default_rng(seed)
+    free = rng.random((SIDE, SIDE)) < rng.choice([0.5, 0.9, 0.99, 0.999])
+    known = np.ones((sectors, REACH), bool)
+    bins = _bins(sectors)
+    np.logical_and.at(known.reshape(-1), bins.bin, free.ravel()[bins.cell])
+    clear = clear_water(free, 1.0, sectors)
+    for sector, rings in enumerate(known):
+        starts = [k for k in range(REACH - 2) if rings[k : k + 3].all()]
+        first = starts[0] if starts else 0
+        last = first + int(np.argmin(np.append(rings[first:], False))) if starts else 0
+        from_m, to_m = (first + BLUR if first else 0.0), last - BLUR
+        expected = (from_m, to_m) if to_m > from_m else (0.0, 0.0)
+        assert (clear.from_m[sector], clear.to_m[sector]) == pytest.approx(expected)
+
+
+def test_the_nearest_body_of_a_sector_is_the_one_that_reaches_into_it() -> None:
+    rng = np.random.default_rng(2)
+    azimuth, half, distance, sigma = rng.uniform([[-4.0], [0.0], [0.0], [0.0]], [[4.0], [1.0], [50.0], [9.0]], (4, 20))
+    middle = (np.arange(N) + 0.5) * 2.0 * np.pi / N
+    off = np.abs((middle[:, None] - azimuth + np.pi) % (2.0 * np.pi) - np.pi)
+    away = np.where(off <= half + np.pi / N, np.maximum(distance - 2.0 * sigma, 0.0), np.inf).min(axis=1)
+    np.testing.assert_allclose(nearest_body(Bodies(azimuth, half, distance, sigma), N, 2.0), away)
+    assert np.isinf(nearest_body(Bodies(*np.zeros((4, 0))), N)).all()
