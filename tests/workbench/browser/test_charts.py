@@ -45,6 +45,8 @@ return lines.map(({ shape: { x1, y1, x2, y2 } }) => [x1, y1, x2, y2]);
 """Lines of the pointer."""
 READOUT = "return arguments[0].chartView.$refs.readout.innerText"
 BUTTON = "[...arguments[0].querySelectorAll('button')].find((each) => each.innerText === arguments[1]).click()"
+FAN = "return [...document.querySelectorAll('div')].find((item) => item.fanView && item.clientWidth)"
+BEARING = "const { pointed } = arguments[0].fanView; return pointed.bearing === undefined ? null : pointed"
 HIGH = "return arguments[0].chartView.about.panels[0].lines.find((line) => line.name === 'high').value"
 COUNT = """
 const view = [...document.querySelectorAll('div')].find((item) => item.fanView && item.clientWidth);
@@ -151,6 +153,22 @@ def test_a_level_that_is_pointed_at_shows_in_profile_and_histogram(window: webdr
         first + 0.25 * (last - first), abs=0.01 * (last - first)
     )
     assert re.search(r"as recorded: -?\d", read)
+
+
+def test_the_range_that_is_pointed_at_shows_in_profile_and_image(window: webdriver.Chrome) -> None:
+    profile = chart(window, PROFILE)
+    fan = window.execute_script(FAN)
+    first, last = ends(window, profile)[0]
+    to(window, profile, (0.25, 0.3)).perform()
+    pointed = until(lambda: window.execute_script("return arguments[0].fanView.pointed", fan))
+    assert pointed["range"] == pytest.approx(first + 0.25 * (last - first), abs=0.01 * (last - first))
+    assert "bearing" not in pointed  # an arc
+    window.execute_script("arguments[0].scrollIntoView({ block: 'center' })", fan)
+    ActionChains(window).move_to_element_with_offset(fan, 0, -20).perform()
+    pointed = until(lambda: window.execute_script(BEARING, fan))
+    (line,) = window.execute_script(MARKS, profile)
+    left, _, width, _ = box_of(window, profile)
+    assert line[0] == line[2] == pytest.approx(left + (pointed["range"] - first) / (last - first) * width, abs=1.5)
 
 
 def test_a_dragged_level_changes_what_is_detected_and_undo_brings_it_back(window: webdriver.Chrome) -> None:

@@ -3,14 +3,16 @@
 // Numbers come as the base64 of float32, or {x0, dx} for even steps.
 function numbers(told, count) {
   if (typeof told !== "string") return Float32Array.from({ length: count }, (_, place) => told.x0 + place * told.dx);
-  return new Float32Array(Uint8Array.from(atob(told), (letter) => letter.charCodeAt(0)).buffer);
+  const letters = atob(told);
+  const bytes = new Uint8Array(letters.length);
+  for (let k = 0; k < letters.length; k++) bytes[k] = letters.charCodeAt(k);
+  return new Float32Array(bytes.buffer);
 }
 
 export function described(text) {
   const { x = null, panels = [], strips = [], columns = 1 } = JSON.parse(text);
   for (const panel of panels) {
     for (const curve of panel.curves) {
-      curve.sent = [curve.x, curve.y];
       curve.y = numbers(curve.y);
       curve.x = numbers(curve.x, curve.y.length);
     }
