@@ -142,7 +142,7 @@ def test_a_threshold_is_dragged_in_the_histogram(page: webdriver.Chrome) -> None
     histogram = until(lambda: [each for each in page.execute_script(SHOWN, "chartView") if level_in(page, each)])[0]
     settled(page)
     x, value, db_per_pixel = level_in(page, histogram)
-    drag(page, histogram, (x, 60), (50, 0))
+    drag(page, histogram, (x, 110), (50, 0))
     until(lambda: re.match(r"detect\.two_level: high level 5\.5 → ", done(page)))
     settled(page)
     assert level_in(page, histogram)[1] == pytest.approx(value + 50 * db_per_pixel, abs=4 * db_per_pixel)
@@ -170,7 +170,7 @@ def test_b_is_compared_by_the_difference_of_detections(page: webdriver.Chrome) -
     until(lambda: page.execute_script(KINDS, fan) == ["detection"])  # A is B
     assert page.execute_script(INK, fan, ONLY_B) == 0
     x, _, _ = level_in(page, histogram)
-    drag(page, histogram, (x, 60), (round(histogram.size["width"] - x) - 16, 0))  # A's level above all echoes
+    drag(page, histogram, (x, 110), (round(histogram.size["width"] - x) - 16, 0))  # A's level above all echoes
     until(lambda: page.execute_script(KINDS, fan) == ["only_b"])
     until(lambda: page.execute_script(INK, fan, ONLY_B) > 20)
     until(lambda: "0 both, 0 only A" in page.execute_script("return arguments[0].fanView.heading()", fan))

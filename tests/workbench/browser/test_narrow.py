@@ -56,7 +56,7 @@ def test_the_observers_texts_are_apart_and_whole(window: webdriver.Chrome) -> No
     wait_for(window, "mean GOSPA")
     until(lambda: "GOSPA, m" in [text for text, *_ in window.execute_script(TEXTS)[1]])
     width, said = window.execute_script(TEXTS)
-    assert "terminated" in [text for text, *_ in said]
+    assert {"tentative", "two standard deviations", "time, s"} <= {text for text, *_ in said}
     for at, (text, left, y, right) in enumerate(said):
         assert left >= 0, text
         assert right <= width, text
