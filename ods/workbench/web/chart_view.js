@@ -44,6 +44,7 @@ export default {
     };
     for (const [event, hear] of Object.entries(heard)) this.$refs.chart.addEventListener(event, hear, { passive: event !== "wheel" });
     this.draw();
+    this.$emit("mounted"); // in a tab that was not shown nothing was heard
   },
   beforeUnmount() {
     this.unwatch();

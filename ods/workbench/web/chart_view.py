@@ -102,6 +102,7 @@ class ChartView(Element, component="chart_view.js", esm={"ods-charts": "charts"}
         super().__init__()
         self._props.update({"shown": "{}", "title": title, "busy": "", "cursor": None, "picks": False})
         self.style(f"height: {height}; width: 100%")
+        self.on("mounted", self._tell_all)
 
     def show(self, x: Axis, panels: Sequence[Panel], strips: Sequence[Strip] = (), *, columns: int = 1) -> None:
         """Show these, the panels in so many columns."""
@@ -140,6 +141,11 @@ class ChartView(Element, component="chart_view.js", esm={"ods-charts": "charts"}
             with self._props.suspend_updates():
                 self._props[name] = value
             self.run_method("set", name, value)
+
+    def _tell_all(self) -> None:
+        """Send a script that is built again, or late, what the others were sent."""
+        for name in ("title", "busy", "cursor", "shown"):
+            self.run_method("set", name, self._props[name])
 
 
 def _packed(value: Any) -> str:

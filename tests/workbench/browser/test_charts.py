@@ -256,3 +256,9 @@ def test_the_axes_are_right_in_the_simulator_too(window: webdriver.Chrome) -> No
         drawn, wanted = window.execute_script(DRAWN, strip, panel)
         drawn[2:] = sorted(drawn[2:])  # depth grows downwards
         assert drawn == pytest.approx(wanted, abs=0.6)
+
+
+def test_a_chart_in_a_tab_that_is_opened_late_has_its_curve(window: webdriver.Chrome) -> None:
+    open_menu(window, "Curves")
+    for axis in ("elevation beta, °", "off the beam's axis, °", "incidence alpha, °"):
+        assert window.execute_script("return arguments[0].chartView.about.panels[0].curves.length", chart(window, axis))

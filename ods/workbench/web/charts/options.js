@@ -6,11 +6,11 @@ const TITLE = 22;
 export const ROW = 17; // of a strip
 const [LEGEND_ROW, LEGEND_GAP] = [20, 8];
 const LABEL = { least: 84, most: 190 }; // of a strip's name
-const NAMES = 150; // beside named points
+const [NAMES, NAME] = [150, 15]; // width and height of names beside points
 const GAP = { across: 62, down: 24, wide: 46 };
 const FONT = { fontFamily: "system-ui, sans-serif", fontSize: 12 };
 const STATES = ["tentative", "active", "stand_by", "hibernated", "terminated"];
-const DOTS = ["dotted", "points", "diamonds", "bars"];
+const DOTS = ["dotted", "points", "bars"];
 const measuring = document.createElement("canvas").getContext("2d");
 
 const linesOf = (role) => ({ ...styleOf(role), type: styleOf(role).dash.length ? styleOf(role).dash : "solid" });
@@ -79,7 +79,7 @@ export function optionsOf(chart, laid, ends, title) {
       ...(laid.strips ? [stripAxis(chart.strips, chart.panels.length)] : []),
     ],
     series: [
-      ...chart.panels.flatMap((panel, place) => panelSeries(panel, place, laid.panels[place], ends.whole)),
+      ...chart.panels.flatMap((panel, place) => panelSeries(panel, place, laid.panels[place], { ...ends, y: ends.y[place] })),
       ...(laid.strips ? stripSeries(chart.strips, chart.panels.length) : []),
     ],
   };
@@ -98,11 +98,14 @@ function titles(chart, laid, title) {
 
 function legendOf(chart, laid) {
   const bands = new Set(chart.panels.flatMap((panel) => panel.bands.map((band) => band.label)));
-  const dots = new Set(chart.panels.flatMap((panel) => panel.curves.filter(({ style }) => DOTS.includes(style)).map(({ label }) => label)));
+  const curves = chart.panels.flatMap((panel) => panel.curves);
+  const drawn = (styles) => new Set(curves.filter(({ style }) => styles.includes(style)).map(({ label }) => label));
+  const [dots, diamonds] = [drawn(DOTS), drawn(["diamonds"])];
   const states = new Set(chart.strips.length ? STATES.map((role) => styleOf(role).label) : []);
   const data = laid.legend.map(([role, name]) => {
     if (bands.has(name)) return { name, icon: "rect", itemStyle: { color: styleOf(role).colour, opacity: 0.3 } };
     if (states.has(name)) return { name, icon: "rect" };
+    if (diamonds.has(name)) return { name, icon: "path://M5,0L10,5L5,10L0,5Z" };
     return { name, itemStyle: { opacity: dots.has(name) ? 1 : 0 } }; // of a line it would be a dot
   });
   return {
@@ -129,26 +132,30 @@ function textAt(texts, value) {
   return near ? near[1] : "";
 }
 
+// Of a logarithmic axis; of a short one between the powers of ten, too.
 function decades(min, max) {
-  const powers = Array.from({ length: 12 }, (_, place) => 10 ** (place - 3)).filter((value) => value >= min && value <= max);
-  return powers.map((value) => [value, value < 1000 ? String(value) : `${value / 1000}k`]);
+  const steps = max < 100 * min ? [1, 2, 5] : [1];
+  const values = Array.from({ length: 12 }, (_, place) => steps.map((step) => Number(`${step}e${place - 3}`))).flat();
+  const shown = values.filter((value) => value >= min && value <= max);
+  return shown.map((value) => [value, value < 1000 ? String(value) : `${value / 1000}k`]);
 }
 
-function panelSeries(panel, place, box, whole) {
+function panelSeries(panel, place, box, ends) {
   const on = { xAxisIndex: place, yAxisIndex: place };
+  const names = namesBeside(panel, box, ends);
   return [
     ...panel.bands.map((band, k) => ({ id: `band ${place} ${k}`, ...on, ...bandSeries(band) })),
-    ...panel.curves.map((curve, k) => ({ id: `curve ${place} ${k}`, ...on, ...curveSeries(curve, box, whole) })),
+    ...panel.curves.map((curve, k) => ({ id: `curve ${place} ${k}`, ...on, ...curveSeries(curve, names.get(curve), ends.whole) })),
     { id: `lines ${place}`, ...on, type: "line", data: [], silent: true, z: 4, markLine: marks(panel.lines) },
   ];
 }
 
-function curveSeries({ role, label, x, y, style, names }, box, whole) {
+function curveSeries({ role, label, x, y, style, names }, beside, whole) {
   const { colour, width, type } = linesOf(role);
   const shared = { name: label, silent: true, color: colour, emphasis: { disabled: true } };
   if (names.length) {
     const data = [...x].map((at, k) => ({ name: names[k], value: [at, y[k]] }));
-    return { ...shared, ...points(colour, data, style, box.x + box.width + 24) };
+    return { ...shared, ...points(colour, data, style, beside) };
   }
   const data = new Float32Array(2 * x.length);
   for (let k = 0; k < x.length; k++) [data[2 * k], data[2 * k + 1]] = [x[k], y[k]];
@@ -162,13 +169,29 @@ function curveSeries({ role, label, x, y, style, names }, box, whole) {
   };
 }
 
-// Names stand in a column beside the panel, as points are often as good as others.
-const points = (colour, data, style, left) => ({
+const points = (colour, data, style, beside) => ({
   type: "scatter", data, symbol: style === "diamonds" ? "diamond" : "circle", symbolSize: style === "diamonds" ? 18 : 9,
-  label: { show: true, formatter: "{b}", position: "right", color: colour, fontSize: 11, minMargin: 8 },
-  labelLayout: { x: left, moveOverlap: "shiftY" },
+  label: { show: true, formatter: "{b}", position: "right", color: colour, ...FONT },
+  labelLayout: ({ dataIndex }) => ({ ...beside[dataIndex], align: "left", verticalAlign: "middle" }),
   labelLine: { show: true, length2: 5, lineStyle: { color: colour } },
 });
+
+// Names of points stand in a column beside the panel, in the order of their heights, as points are often as good as others:
+// of each curve with names [{x, y}, ...].
+function namesBeside(panel, box, ends) {
+  const named = panel.curves.filter(({ names }) => names.length);
+  const [low, high] = ends.y;
+  const all = named.flatMap((curve) => curve.names.map((_, k) => (
+    { curve, k, y: box.y + (1 - (curve.y[k] - low) / (high - low)) * box.height })));
+  all.sort((one, other) => one.y - other.y);
+  const bottom = box.y + box.height;
+  all.forEach((name, place) => (name.y = Math.max(name.y, place ? all[place - 1].y + NAME : box.y)));
+  for (let place = all.length - 1; place >= 0; place--)
+    all[place].y = Math.min(all[place].y, place + 1 < all.length ? all[place + 1].y - NAME : bottom);
+  const found = new Map(named.map((curve) => [curve, []]));
+  for (const { curve, k, y } of all) found.get(curve)[k] = { x: box.x + box.width + 24, y };
+  return found;
+}
 
 function bandSeries({ role, label, x, low, high }) {
   const { colour } = styleOf(role);
