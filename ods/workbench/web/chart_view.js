@@ -9,7 +9,7 @@ import { overlay } from "ods-charts/overlay.js";
 import { Places } from "ods-charts/places.js";
 
 const TOLD_MS = 50;
-const REPLACED = ["title", "grid", "xAxis", "yAxis", "series"]; // in a merge: what has no part with its id any more goes
+const REPLACED = ["title", "grid", "xAxis", "yAxis", "series"]; // where there are other parts than before
 const READOUT = "position: absolute; pointer-events: none; display: none; padding: 2px 6px; border-radius: 4px; z-index: 2; " +
   "font-size: 12px; white-space: pre; border: 1px solid rgba(128, 128, 128, 0.5)";
 let views = 0;
@@ -168,7 +168,10 @@ export default {
       if (!width || !height) return;
       this.chart ??= echarts.init(this.$refs.chart, null, { width, height });
       if (this.chart.getWidth() !== width || this.chart.getHeight() !== height) this.chart.resize({ width, height });
-      this.chart.setOption(this.options(width, height), { replaceMerge: REPLACED });
+      const options = this.options(width, height);
+      const parts = JSON.stringify(REPLACED.map((kind) => options[kind].map(({ id }) => id)));
+      this.chart.setOption(options, parts === this.parts ? {} : { replaceMerge: REPLACED }); // which takes longer
+      this.parts = parts;
       this.$refs.chart.style.opacity = this.now.busy ? 0.5 : 1;
       this.drawMarks();
     },

@@ -11,6 +11,7 @@ const GAP = { across: 62, down: 24, wide: 46 };
 const FONT = { fontFamily: "system-ui, sans-serif", fontSize: 12 };
 const STATES = ["tentative", "active", "stand_by", "hibernated", "terminated"];
 const DOTS = ["dotted", "points", "bars"];
+const BARS = { type: "bar", barCategoryGap: "0%", itemStyle: { opacity: 0.55 }, large: true, largeThreshold: 1 }; // one path
 const measuring = document.createElement("canvas").getContext("2d");
 
 const linesOf = (role) => ({ ...styleOf(role), type: styleOf(role).dash.length ? styleOf(role).dash : "solid" });
@@ -160,7 +161,7 @@ function curveSeries({ role, label, x, y, style, names }, beside, whole) {
   const data = new Float32Array(2 * x.length);
   for (let k = 0; k < x.length; k++) [data[2 * k], data[2 * k + 1]] = [x[k], y[k]];
   const typed = { ...shared, data, dimensions: ["x", "y"] };
-  if (style === "bars") return { ...typed, type: "bar", barCategoryGap: "0%", barGap: "-100%", itemStyle: { opacity: 0.55 } };
+  if (style === "bars") return { ...typed, ...BARS };
   if (style === "points") return { ...typed, type: "scatter", symbolSize: 8 };
   return {
     ...typed, type: "line", lineStyle: { color: colour, width: Math.min(width, 1.6), type },
