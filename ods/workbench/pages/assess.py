@@ -1,8 +1,9 @@
 """Menu 6, Assess: the chain at hand on speed against accuracy among others, and what one setting does to both."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import numpy as np
 from nicegui import ui
 
 from ods.pipeline.settings import PipelineSettings
@@ -12,9 +13,11 @@ from ods.workbench.engine.background.newest import Newest
 from ods.workbench.engine.background.own_process import OwnProcess
 from ods.workbench.model.state import State
 from ods.workbench.session import Session
+from ods.workbench.web.chart_view import Axis, ChartView, Colour, Curve, Panel, Style
 from ods.workbench.web.follow import follow, in_loop
 
-OWN, B, OTHER, FALSE = "#0969da", "#d4610c", "#8b949e", "#cf222e"
+OWN: tuple[Colour, ...] = ("first", "second")
+"""Of A and B."""
 _others: list[Point] = []
 """Measured once; the same for all browsers."""
 
@@ -73,7 +76,7 @@ class _ChainsCard:
     def __init__(self, session: Session) -> None:
         self._work = _Background()
         self._own: list[Point] = []
-        self._chart = ui.echart(_chains_chart([], [])).classes("w-full h-96").mark("chains")
+        self._chart = ChartView(height="24rem").mark("chains")
         self._note = ui.label().classes("text-sm").mark("own chain")
         ui.label(
             f"{assessment.IMAGES} simulated images of ods assess detect; share of the objects found at "
@@ -108,9 +111,7 @@ class _ChainsCard:
         self._work.ended(str(error))
 
     def _show(self, points: list[Point]) -> None:
-        self._chart.options.clear()
-        self._chart.options.update(_chains_chart(points, _others))
-        self._chart.update()
+        _show_chains(self._chart, points, _others)
         self._note.set_text("; ".join(
             f"{each.name}: {each.ms:.2f} ms an image; at its own levels {each.found_as_set:.0%} found, "
             f"{each.false_as_set:.2f} false alarms an image" for each in points
@@ -121,56 +122,25 @@ def _chains(state: State) -> Chains:
     return Chains(state.tuning.pipeline(), state.other.pipeline() if state.other else None)
 
 
-def _chains_chart(own: Sequence[Point], others: Sequence[Point]) -> dict[str, Any]:
-    """Return the options of the chart: a point a chain, with its interval."""
-    colours = (OWN, B)
-    series = [_scatter("others", others, OTHER, "circle", 9)] if others else []
-    for point, colour in zip(own, colours, strict=False):
-        series.append(_scatter(point.name, [point], colour, "diamond", 18))
-    series += [_interval(point, OTHER) for point in others]
-    series += [_interval(point, colour) for point, colour in zip(own, colours, strict=False)]
-    return {
-        "animation": False,
-        "textStyle": {"color": OTHER},
-        "grid": {"left": 60, "right": "18%", "top": 40, "bottom": 50},
-        "legend": {"data": [each["name"] for each in series if each["type"] == "scatter"],
-                   "textStyle": {"color": OTHER}, "top": 0},
-        "tooltip": {"trigger": "item"},
-        "xAxis": {**_axis("ms an image", "log"), **_decades([each.ms for each in (*own, *others)]),
-                  "axisLabel": {"showMaxLabel": False}},  # lines to the names run over it
-        "yAxis": {**_axis("objects found", "value"), "min": 0, "max": 1},
-        "series": series,
-    }  # fmt: skip
+def _show_chains(view: ChartView, own: Sequence[Point], others: Sequence[Point]) -> None:
+    """Show a point a chain, with its interval."""
+    told = list(zip(own, OWN, strict=False))
+    curves = [line for point in others for line in _interval(point, "quiet")]
+    curves += [line for point, role in told for line in _interval(point, role)]
+    if others:
+        curves.append(_points("others", others, "quiet", "points"))
+    curves += [_points(point.name, [point], role, "diamonds") for point, role in told]
+    view.show(Axis("ms an image", log=True), [Panel(Axis("objects found", 0.0, 1.0), curves)])
 
 
-def _decades(ms: Sequence[float]) -> dict[str, float]:
-    """Return ends of the axis that leave room at both sides."""
-    return {"min": round(0.6 * min(ms), 2), "max": round(2.0 * max(ms), 2)} if ms else {}
+def _points(label: str, points: Sequence[Point], role: Colour, style: Style) -> Curve:
+    ms, found = np.array([[each.ms, each.found] for each in points]).T
+    return Curve(role, label, ms, found, style, [each.name for each in points])
 
 
-def _scatter(name: str, points: Sequence[Point], colour: str, symbol: str, size: int) -> dict[str, Any]:
-    """Return points; their names stand in a column beside the chart, as chains are often as good as others."""
-    return {
-        "type": "scatter", "name": name, "symbol": symbol, "symbolSize": size, "itemStyle": {"color": colour}, "z": 3,
-        "data": [{"name": each.name, "value": [round(each.ms, 3), round(each.found, 3)]} for each in points],
-        "label": {"show": True, "formatter": "{b}", "position": "right", "color": colour, "fontSize": 10,
-                  "minMargin": 8},
-        "labelLayout": {"x": "84%", "moveOverlap": "shiftY"}, "labelLine": {"show": True, "length2": 5},
-        "tooltip": {"formatter": "{b}<br>{c}"},
-    }  # fmt: skip
-
-
-def _interval(point: Point, colour: str) -> dict[str, Any]:
+def _interval(point: Point, role: Colour) -> list[Curve]:
     low, high = point.interval
-    return {
-        "type": "line", "silent": True, "showSymbol": False, "lineStyle": {"color": colour, "width": 1},
-        "data": [[round(point.ms, 3), low], [round(point.ms, 3), high]] if low == low else [],
-    }  # fmt: skip
-
-
-def _axis(name: str, kind: str) -> dict[str, Any]:
-    return {"type": kind, "name": name, "nameLocation": "middle", "nameGap": 30 if kind == "log" else 40,
-            "axisLine": {"show": True}, "splitLine": {"lineStyle": {"opacity": 0.2}}}  # fmt: skip
+    return [Curve(role, "", np.full(2, point.ms), np.array([low, high]))] if low == low else []
 
 
 class _SweepCard:
@@ -186,7 +156,7 @@ class _SweepCard:
             self._factors = ui.switch("by factors").tooltip("even steps of the logarithm")
             ui.button("Sweep", on_click=self._ask).props("dense no-caps").mark("sweep")
         self._work = _Background()
-        self._chart = ui.echart(_sweep_chart("", [])).classes("w-full h-96").mark("sweep chart")
+        self._chart = ChartView(height="26rem").mark("sweep chart")
         self._chart.set_visibility(False)
         self._process = OwnProcess(assessment.swept)
         self._newest = Newest(self._sweep, self._tell, self._fail, self._process.end)
@@ -237,31 +207,17 @@ class _SweepCard:
 
     def _show(self, sweep: Sweep, points: Sequence[SweepPoint]) -> None:
         self._chart.set_visibility(True)
-        self._chart.options.clear()
-        self._chart.options.update(_sweep_chart(sweep.number.label, points))
-        self._chart.update()
+        _show_sweep(self._chart, sweep.number.label, points)
 
 
-def _sweep_chart(label: str, points: Sequence[SweepPoint]) -> dict[str, Any]:
-    """Return the options of the chart: found and false alarms over the setting's values."""
-    curves = {
-        "objects found": (0, OWN, [[each.value, round(each.found, 3)] for each in points]),
-        "false alarms an image": (1, FALSE, [[each.value, round(each.false_alarms, 3)] for each in points]),
-        "ms an image": (1, OTHER, [[each.value, round(each.ms, 3)] for each in points]),
-    }
-    return {
-        "animation": False,
-        "textStyle": {"color": OTHER},
-        "grid": {"left": 60, "right": 60, "top": 40, "bottom": 50},
-        "legend": {"data": list(curves), "textStyle": {"color": OTHER}, "top": 0},
-        "tooltip": {"trigger": "axis"},
-        "xAxis": {**_axis(label or "a setting of the chain", "value"), "scale": True, "nameGap": 30},
-        "yAxis": [
-            {**_axis("objects found", "value"), "min": 0, "max": 1},
-            {**_axis("false alarms, ms, an image", "value"), "min": 0, "splitLine": {"show": False}},
-        ],
-        "series": [
-            {"type": "line", "name": name, "yAxisIndex": axis, "itemStyle": {"color": colour}, "data": data}
-            for name, (axis, colour, data) in curves.items()
-        ],
-    }
+def _show_sweep(view: ChartView, label: str, points: Sequence[SweepPoint]) -> None:
+    """Show what is found, false alarms and time over the setting's values."""
+    values = np.array([each.value for each in points])
+    found, false, ms = np.array([[each.found, each.false_alarms, each.ms] for each in points]).reshape(-1, 3).T
+    panels = [
+        Panel(Axis("objects found", 0.0, 1.0), [Curve("first", "", values, found, "dotted")], title="objects found"),
+        Panel(Axis("an image", 0.0), [
+            Curve("second", "false alarms", values, false, "dotted"), Curve("quiet", "ms", values, ms, "dotted"),
+        ], title="false alarms and ms an image"),
+    ]  # fmt: skip
+    view.show(Axis(label), panels)

@@ -53,6 +53,7 @@ KEYS = (
     ("1 ... 9", "menus"),
     ("?", "these keys"),
     ("wheel, drag, double click", "in an image: zoom, pan, the whole image again"),
+    ("wheel, drag, double click", "in a chart: zoom, zoom into a box, all of it again"),
     ("click", "in an image: pin its beam"),
     ("M, or Shift and drag", "in an image or a plan: measure from one place to another"),
 )

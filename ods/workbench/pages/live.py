@@ -21,11 +21,11 @@ from ods.workbench.pages.parts.live_image import frame_of_ping
 from ods.workbench.pages.parts.live_tables import LiveTables, veto_shapes
 from ods.workbench.pages.parts.tables import NUMBERS, numbers, table
 from ods.workbench.session import Session
+from ods.workbench.web.chart_view import Axis, ChartView, Curve, Panel
 from ods.workbench.web.fan_view import FanView
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.frames import FrameBoard
 from ods.workbench.web.plan_view import Circle, Line as Way, Mark, Pick, PlanView, Shape
-from ods.workbench.web.time_view import Curve, Panel, TimeView
 
 NONE = """No vehicle's bus is looked at. Start the workbench with --live RUN_DIR, on the vehicle's own computer or where
 `ods replay --live` plays a recording."""
@@ -95,7 +95,7 @@ class _LivePage:
             with ui.element("div").classes("grow min-w-0").style("flex-basis: 34%"):
                 self._plan = PlanView(title="Plan", height=HEIGHT, follows=True)
             with ui.element("div").classes("grow min-w-0").style("flex-basis: 28%"):
-                self._times = TimeView(title="Latency", columns=1, height=HEIGHT)
+                self._times = ChartView(title="Latency", height=HEIGHT)
         self._plan.on_pick(self._picked)
         with ui.row().classes("w-full no-wrap gap-2 items-start max-xl:flex-wrap"):
             self._numbers = table("Obstacles", NUMBERS, self._mark).style("min-width: min(38rem, 60%)")
@@ -190,15 +190,16 @@ class _LivePage:
 
     def _draw_latency(self, now_ns: int) -> None:
         latency = self._live.latency(now_ns)
-        at = np.round(latency.at_s, 2).tolist()
-        lines = [
-            Curve("first", "from transmission", at, np.round(latency.whole_ms, 1).tolist()),
-            Curve("second", "from the last byte", at, np.round(latency.own_ms, 1).tolist()),
+        at = latency.at_s
+        curves = [
+            Curve("first", "from transmission", at, latency.whole_ms),
+            Curve("second", "from the last byte", at, latency.own_ms),
         ]
         if len(at):
             own_ms = latency.own_ms
             self._times.set_title(f"Latency: median {np.median(own_ms):.0f} ms, most {own_ms.max():.0f} ms")
-        self._times.show((-90.0, 0.0), [Panel("list after ping, ms", lines, least=20.0)])
+        time, delay = Axis("time, s", -90.0, 0.0), Axis("list after ping, ms", span=20.0)
+        self._times.show(time, [Panel(delay, curves)])
 
     def _draw_log(self) -> None:
         """Write what is new."""

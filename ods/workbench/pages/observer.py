@@ -17,9 +17,9 @@ from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.pages.parts.tables import NUMBERS, Columns, numbers, place, table
 from ods.workbench.pages.parts.timeline import Timeline
 from ods.workbench.session import Session
+from ods.workbench.web.chart_view import Axis, ChartView
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.plan_view import Pick, PlanView
-from ods.workbench.web.time_view import TimeView
 
 KEYS = (("click", "in the plan or in a strip: mark an object; in a diagram: go to that time"),)
 AT_REST: Columns = (
@@ -83,10 +83,10 @@ class _Observer:
             with ui.element("div").classes("grow min-w-0").style("flex-basis: 46%"):
                 self._plan = PlanView(title="Plan", height=HEIGHT)
             with ui.element("div").classes("grow min-w-0").style("flex-basis: 54%"):
-                self._times = TimeView(title="Lives, and the course of one object", height=HEIGHT)
+                self._times = ChartView(title="Lives, and the course of one object", height=HEIGHT)
         self._plan.on_pick(self._picked)
         self._times.on_mark(self._mark)
-        self._times.on_time(self._go_to)
+        self._times.on_pick(self._go_to)
         self._timeline = Timeline(self._session, lambda: True, lambda _: None)
         ui.keyboard(self._pressed, ignore=["input", "select", "textarea", "button"])
         with ui.row().classes("w-full gap-2 items-start"):
@@ -192,10 +192,11 @@ class _Observer:
         if result is None or not len(result.t_s):
             return
         course = observer_times.looked_at(result, marked)
-        span = float(result.t_s[0]), float(result.t_s[-1])
+        time = Axis("time, s", float(result.t_s[0]), float(result.t_s[-1]), cursor="time")
         which = None if course is None else course.id
-        self._times.show(span, observer_times.panels(result, course), observer_times.strips(result, which))
-        title = "Lives" if which is None else f"Lives; course of {result.name_of(which)}, 2 sigma"
+        strips = observer_times.strips(result, which)
+        self._times.show(time, observer_times.panels(result, course), strips, columns=2)
+        title = "Lives" if which is None else f"Lives; course of {result.name_of(which)}"
         self._times.set_title(title)
 
     def _draw_moment(self) -> None:

@@ -14,13 +14,14 @@ from ods.workbench.engine.scene.view import Asked, Pictured, pictured, pings_of
 from ods.workbench.model import actions as do
 from ods.workbench.model.scene.handles import Handle, dragged, handles_of
 from ods.workbench.model.state import State
-from ods.workbench.pages.scene.charts import show as show_chart
+from ods.workbench.pages.scene.charts import show_profile, show_strip
 from ods.workbench.pages.scene.opening import open_bar
 from ods.workbench.pages.scene.panels import try_to
 from ods.workbench.pages.scene.shapes import handle_shapes, plan_shapes, rehearsed_shapes
-from ods.workbench.pages.scene.side import VEHICLE, Side, profile_chart, strip_chart
+from ods.workbench.pages.scene.side import VEHICLE, Side
 from ods.workbench.pages.scene.tools import PLAN, PlanTools
 from ods.workbench.session import Session
+from ods.workbench.web.chart_view import ChartView
 from ods.workbench.web.fan_view import FanView, Spot as FanSpot
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.frames import Circle, Frame, FrameBoard, cells_of
@@ -111,7 +112,7 @@ class _Simulator:
         self._plan.on_pick(self._pick)
         with tools:
             self._tools = PlanTools(self._session, self._plan, lambda: self._selected, self._select)
-        self._strip = ui.echart({}).classes("w-full").style("height: 22vh")
+        self._strip = ChartView(height="max(22vh, 11rem)")
 
     def _build_image(self) -> None:
         self._fan = FanView(self._session, self._board, IMAGE, title="the ping", height="46vh")
@@ -121,7 +122,7 @@ class _Simulator:
             self._time = ui.slider(min=0, max=1, value=self._session.state.ping).mark("ping")
             self._time.on_value_change(lambda event: self._session.do(do.ShowPing(int(event.value))))
             self._clock = ui.label().classes("text-sm w-40 shrink-0").mark("clock")
-        self._profile = ui.echart({}).classes("w-full").style("height: 30vh")
+        self._profile = ChartView(height="max(30vh, 13rem)")
 
     def see(self, seen: bool) -> None:
         """Take whether the menu is shown: while it is not, nothing is simulated."""
@@ -168,7 +169,7 @@ class _Simulator:
         self._tools.moment = shown
         self._draw_handles(self._session.state)
         self._draw_profile(shown)
-        show_chart(self._strip, strip_chart(shown, self._selected))
+        show_strip(self._strip, shown, self._selected)
         if first:
             self._plan.fit()
             self._side.show_sonar(shown.sonar)
@@ -178,7 +179,7 @@ class _Simulator:
             self._plan.show("handles", handle_shapes(handles_of(state.scene, self._t_s), self._selected))
 
     def _draw_profile(self, shown: Pictured) -> None:
-        show_chart(self._profile, profile_chart(shown, self._beam(shown)))
+        show_profile(self._profile, shown, self._beam(shown))
 
     def _show_rehearsal(self, result: Rehearsal | None) -> None:
         self._plan.show("rehearsed", rehearsed_shapes(result))
@@ -198,7 +199,7 @@ class _Simulator:
         self._draw_handles(self._session.state)
         if self._shown is not None:
             self._plan.show("scene", plan_shapes(self._shown.plan, part))
-            show_chart(self._strip, strip_chart(self._shown, part))
+            show_strip(self._strip, self._shown, part)
 
     def _pick(self, pick: Pick) -> None:
         scene = self._session.state.scene

@@ -1,1 +1,1 @@
-"""The workbench's server: who may speak to it, images to the browser, the fan view."""
+"""The workbench's server: who may speak to it, images to the browser, its views and charts."""

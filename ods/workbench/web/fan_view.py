@@ -25,7 +25,7 @@ class Spot(NamedTuple):
     level_db: float
 
 
-class FanView(Element, component="fan_view.js", esm={"ods-charts": "charts"}):
+class FanView(Element, component="fan_view.js", esm={"ods-charts": "charts", "ods-fan": "fan"}):
     """One picture. It asks for its frames by itself; show them in its source, or call `frames.wake`.
 
     Presentation, palette, attention and the pinned beam are the session's (`State.view`). Views of one page share the

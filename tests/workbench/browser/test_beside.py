@@ -20,21 +20,18 @@ FRAMES = f"{VIEWS}.map(({{fanView: view}}) => [view.frame?.beams, view.title]);"
 DASHES = (
     VIEW
     + """
-const context = view.$refs.over.getContext("2d"), lineTo = context.lineTo, stroke = context.stroke, said = {};
-let corners = 0;
-const circle = view.drawCircle;
-context.lineTo = function (...place) { corners += 1; lineTo.apply(this, place); };
-view.drawCircle = function (where, projection, [range, bearing, radius, kind]) {
-  let dash;
-  context.stroke = function () { dash = this.getLineDash().join(); stroke.call(this); };
-  corners = 0;
-  circle.call(this, where, projection, [range, bearing, radius, kind]);
-  said[kind] = [dash, corners];
-};
-view.frame.circles = [[10, 0, 1, "detection"], [20, 0, 1, "only_a"], [30, 0, 1, "only_b"]];
-view.drawOver();
-delete view.drawCircle; delete context.lineTo; delete context.stroke;
-return said;
+const done = arguments[0], context = view.$refs.over.getContext("2d"), { lineTo, stroke } = context, said = {};
+import("ods-fan/marks.js").then(({ drawCircle }) => {
+  for (const kind of ["detection", "only_a", "only_b"]) {
+    let [dash, corners] = ["", 0];
+    context.lineTo = function (...place) { corners += 1; lineTo.apply(this, place); };
+    context.stroke = function () { dash = this.getLineDash().join(); stroke.call(this); };
+    drawCircle(context, view.project().projection, [20, 0, 1, kind]);
+    said[kind] = [dash, corners];
+  }
+  delete context.lineTo; delete context.stroke;
+  done(said);
+});
 """
 )
 SPLITTER = "return [...document.querySelectorAll('.q-splitter__before')].find((each) => each.clientWidth)?.clientWidth"
@@ -105,7 +102,7 @@ def test_nothing_beside_it_again(window: webdriver.Chrome) -> None:
 
 
 def test_only_a_and_only_b_differ_in_dash_and_shape(window: webdriver.Chrome) -> None:
-    said = window.execute_script(DASHES)
+    said = window.execute_async_script(DASHES)
     assert said["detection"][0] == ""
     assert len({dash for dash, _ in said.values()}) == 3
     assert said["only_b"][1] < said["only_a"][1] == said["detection"][1]

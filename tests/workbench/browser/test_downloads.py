@@ -38,7 +38,7 @@ def came(shared: Shared, ending: str) -> bytes:
     return content
 
 
-@pytest.mark.parametrize("kind", ["fanView", "curveView"])
+@pytest.mark.parametrize("kind", ["fanView", "chartView"])
 def test_a_view_is_downloaded_as_it_is_seen(window: webdriver.Chrome, shared: Shared, kind: str) -> None:
     open_menu(window, "Image processing")
     until(lambda: window.execute_script(SHOWN))

@@ -39,8 +39,11 @@ const view = arguments[0].planView, handle = view.handles().find((shape) => shap
 return handle ? [...view.toCanvas(handle.at), ...handle.at, view.view.scale] : null;
 """
 LEVEL = """
-const view = arguments[0].curveView, line = view.now.lines.find((each) => each.name === "high" && each.axis === "x");
-return line ? [view.toX(line.value), line.value, (view.now.x.high - view.now.x.low) / view.box().width] : null;
+const view = arguments[0].chartView, places = view.places, box = places?.laid.panels[0];
+const line = view.about.panels[0]?.lines.find((each) => each.name === "high" && each.axis === "x");
+if (!line || !box) return null;
+const [low, high] = places.ends.x;
+return [places.toX(box, line.value), line.value, (high - low) / box.width];
 """
 KINDS = "return [...new Set((arguments[0].fanView.frame?.circles || []).map((circle) => circle[3]))]"
 INK = """
@@ -136,10 +139,10 @@ def test_a_waypoint_is_dragged_in_the_path_editor(page: webdriver.Chrome) -> Non
 
 def test_a_threshold_is_dragged_in_the_histogram(page: webdriver.Chrome) -> None:
     open_menu(page, "Image processing")
-    histogram = until(lambda: [each for each in page.execute_script(SHOWN, "curveView") if level_in(page, each)])[0]
+    histogram = until(lambda: [each for each in page.execute_script(SHOWN, "chartView") if level_in(page, each)])[0]
     settled(page)
     x, value, db_per_pixel = level_in(page, histogram)
-    drag(page, histogram, (x, 60), (50, 0))
+    drag(page, histogram, (x, 110), (50, 0))
     until(lambda: re.match(r"detect\.two_level: high level 5\.5 → ", done(page)))
     settled(page)
     assert level_in(page, histogram)[1] == pytest.approx(value + 50 * db_per_pixel, abs=4 * db_per_pixel)
@@ -161,13 +164,13 @@ def level_in(window: webdriver.Chrome, histogram: WebElement) -> Any:
 
 def test_b_is_compared_by_the_difference_of_detections(page: webdriver.Chrome) -> None:
     press(page, "keep as B")
-    histogram = next(each for each in page.execute_script(SHOWN, "curveView") if level_in(page, each))
+    histogram = next(each for each in page.execute_script(SHOWN, "chartView") if level_in(page, each))
     press(page, "difference")
     fan = view(page, "fanView")
     until(lambda: page.execute_script(KINDS, fan) == ["detection"])  # A is B
     assert page.execute_script(INK, fan, ONLY_B) == 0
     x, _, _ = level_in(page, histogram)
-    drag(page, histogram, (x, 60), (round(histogram.size["width"] - x) - 16, 0))  # A's level above all echoes
+    drag(page, histogram, (x, 110), (round(histogram.size["width"] - x) - 16, 0))  # A's level above all echoes
     until(lambda: page.execute_script(KINDS, fan) == ["only_b"])
     until(lambda: page.execute_script(INK, fan, ONLY_B) > 20)
     until(lambda: "0 both, 0 only A" in page.execute_script("return arguments[0].fanView.heading()", fan))

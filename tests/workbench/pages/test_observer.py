@@ -16,8 +16,8 @@ from ods.workbench.pages import observer
 from ods.workbench.pages.mission.settings import groups
 from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.session import Session
+from ods.workbench.web.chart_view import ChartView
 from ods.workbench.web.plan_view import PlanView
-from ods.workbench.web.time_view import TimeView
 from tests.workbench.engine.test_rerun import START
 
 pytestmark = pytest.mark.slow
@@ -59,7 +59,7 @@ def status(user: User) -> str:
 async def test_a_mission_is_tracked_shown_and_followed(user: User, session: Session) -> None:
     await until(lambda: "mean GOSPA" in status(user))
     assert "2 tracks" in status(user)
-    plan, times = the(user, PlanView), the(user, TimeView)
+    plan, times = the(user, PlanView), the(user, ChartView)
     assert '"truth"' in plan._props["layers"]["ways"]
     session.do(ShowPing(30))
     await until(lambda: "ping 30" in plan._props["title"])
@@ -82,7 +82,7 @@ async def test_another_observer_tracks_again(user: User, session: Session) -> No
 
 async def test_what_was_tracked_before_is_dimmed_where_data_cannot_be(user: User, session: Session) -> None:
     await until(lambda: "mean GOSPA" in status(user))
-    plan, times = the(user, PlanView), the(user, TimeView)
+    plan, times = the(user, PlanView), the(user, ChartView)
     assert plan._props["busy"] == ""
     session.do(OpenData(DataReference(kind="file", path="gone.s7k")))
     await until(lambda: "gone.s7k" in status(user))
@@ -93,9 +93,9 @@ async def test_what_was_tracked_before_is_dimmed_where_data_cannot_be(user: User
 
 async def test_a_click_in_time_goes_to_the_ping(user: User, session: Session) -> None:
     await until(lambda: "mean GOSPA" in status(user))
-    listener = next(each for each in the(user, TimeView)._event_listeners.values() if each.type == "pick")
-    with the(user, TimeView):
-        listener.handler(type("Event", (), {"args": {"t_s": 3.0}}))
+    listener = next(each for each in the(user, ChartView)._event_listeners.values() if each.type == "pick")
+    with the(user, ChartView):
+        listener.handler(type("Event", (), {"args": {"x": 3.0}}))
     assert session.state.ping == 20
 
 

@@ -60,7 +60,8 @@ def test_a_life_that_the_lists_left_out_has_a_gap() -> None:
 
 def test_a_curve_is_interrupted_where_the_lists_left_the_object_out() -> None:
     result = tracked({4: dict.fromkeys((1, 2, 6, 7), AWAKE)})
-    assert list(observer_times.panels(result, result.course(4))[0].lines[0].values) == [11.0, None, 16.0, 17.0]
+    curve = observer_times.panels(result, result.course(4))[0].curves[0]
+    assert curve.y.tolist() == pytest.approx([11.0, np.nan, 16.0, 17.0], nan_ok=True)
 
 
 def test_strips_are_of_those_told_of_most_often() -> None:
@@ -75,10 +76,10 @@ def test_curves_are_the_tracks_values_with_two_sigma() -> None:
     result = tracked({4: ONE})
     panels = observer_times.panels(result, result.course(4))
     north, velocity = panels[0], panels[1]
-    assert list(north.lines[0].values) == [12.0, 13.0, 14.0, 15.0, 16.0, 17.0]
-    assert list(north.bands[0].high) == [16.0, 17.0, 18.0, 19.0, 20.0, 21.0]
-    assert list(velocity.lines[0].values) == [1.0] * 6
-    assert list(velocity.bands[0].low) == pytest.approx([0.8] * 6)
+    assert north.curves[0].y.tolist() == [12.0, 13.0, 14.0, 15.0, 16.0, 17.0]
+    assert north.bands[0].high.tolist() == [16.0, 17.0, 18.0, 19.0, 20.0, 21.0]
+    assert velocity.curves[0].y.tolist() == [1.0] * 6
+    assert velocity.bands[0].low.tolist() == pytest.approx([0.8] * 6)
     assert panels[-1].title == "probability to exist"  # no truth, no GOSPA
 
 

@@ -22,7 +22,7 @@ from ods.workbench.pages import processing
 from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.pages.ping import work as processing_work
 from ods.workbench.session import Session
-from ods.workbench.web.curve_view import CurveView
+from ods.workbench.web.chart_view import ChartView
 from ods.workbench.web.fan_view import FanView
 from ods.workbench.web.frames import Frame, FrameBoard
 from tests.workbench.engine.test_study import pings
@@ -180,8 +180,9 @@ async def test_dragging_a_level_changes_its_setting(user: User, session: Session
     levels = await until(
         lambda: [
             line
-            for view in user.find(CurveView).elements
-            for line in msgspec.json.decode(view._props["shown"]).get("lines", ())
+            for view in user.find(ChartView).elements
+            for panel in msgspec.json.decode(view._props["shown"]).get("panels", ())
+            for line in panel["lines"]
         ]
     )
     high = next(line["value"] for line in levels if line["name"] == "high")

@@ -1,12 +1,14 @@
 """A page of the workbench in NiceGUI's simulated browser."""
 
 import asyncio
+import base64
 import os
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 
 os.environ.setdefault("NICEGUI_STORAGE_PATH", f"{os.devnull}/none")  # read when NiceGUI is imported
 
+import numpy as np
 from nicegui.testing import User, user_simulation
 
 from ods.workbench.session import Session
@@ -27,3 +29,9 @@ async def until(true: Callable[[], object], seconds: float = 240.0) -> None:
             return
         await asyncio.sleep(0.05)
     raise AssertionError("it never came true")
+
+
+def numbers(text: str) -> list[float]:
+    """Read what a chart's script is given, as it does."""
+    read: list[float] = np.frombuffer(base64.b64decode(text), "<f4").tolist()
+    return read

@@ -5,7 +5,7 @@ import numpy as np
 from ods.base.arrays import Floats, Indices
 from ods.workbench.engine.mission.tracked import Course, Tracked, TrueCourse
 from ods.workbench.pages.mission.plan import ROLES, SIGMAS
-from ods.workbench.web.time_view import Band, Curve, Panel, Series, Strip
+from ods.workbench.web.chart_view import Axis, Band, Curve, Panel, Strip
 
 MOST_VALUES = 500
 """Of a curve."""
@@ -18,6 +18,8 @@ QUANTITIES = (
     ("down, m", "position", 2),
     ("velocity down, m/s", "velocity", 2),
 )
+TRUE, WITHIN = "truth", "two standard deviations"
+"""In the legend."""
 LEAST_M = 0.5
 """Least span of an axis, m or m/s."""
 
@@ -57,38 +59,40 @@ def _quantity(
     course: Course, truth: TrueCourse | None, chosen: Indices, title: str, name: str, axis: int
 ) -> Panel:  # fmt: skip
     values, sigma = getattr(course, name)[:, axis], getattr(course, f"sigma_{name}")[:, axis]
-    lines = [_curve(course, chosen, values)]
+    curves = [_curve(course, chosen, values)]
     if truth is not None:
         some = _evenly(len(truth.t_s))
-        lines.append(Curve("truth", "truth", _times(truth.t_s[some]), _told(getattr(truth, name)[some, axis])))
-    return Panel(title, lines, [_band(course, chosen, values, sigma)], LEAST_M)
+        curves.append(Curve("truth", TRUE, truth.t_s[some], getattr(truth, name)[some, axis]))
+    return Panel(Axis(title, span=LEAST_M), curves, [_band(course, chosen, values, sigma)], title=title)
 
 
 def _radius(result: Tracked, course: Course, truth: TrueCourse | None, chosen: Indices) -> Panel:
-    lines = [_curve(course, chosen, course.radius)]
+    curves = [_curve(course, chosen, course.radius)]
     if truth is not None and len(result.t_s):
-        lines.append(Curve("truth", "truth", _times(result.t_s[[0, -1]]), [truth.radius_m] * 2))
-    return Panel("radius, m", lines, [_band(course, chosen, course.radius, course.sigma_radius)], LEAST_M)
+        curves.append(Curve("truth", TRUE, result.t_s[[0, -1]], np.full(2, truth.radius_m)))
+    bands = [_band(course, chosen, course.radius, course.sigma_radius)]
+    return Panel(Axis("radius, m", span=LEAST_M), curves, bands, title="radius, m")
 
 
 def _accuracy(result: Tracked) -> Panel:
     some = _evenly(len(result.t_s))
-    curve = Curve("quiet", "all objects", _times(result.t_s[some]), _told(result.gospa_m[some]))
-    return Panel("GOSPA, m", [curve], least=1.0)
+    curve = Curve("quiet", "all objects", result.t_s[some], result.gospa_m[some])
+    return Panel(Axis("GOSPA, m", span=1.0), [curve], title="GOSPA, m")
 
 
 def _existence(course: Course, chosen: Indices) -> Panel:
-    return Panel("probability to exist", [_curve(course, chosen, course.existence)], least=1.0)
+    title = "probability to exist"
+    return Panel(Axis(title, span=1.0), [_curve(course, chosen, course.existence)], title=title)
 
 
 def _curve(course: Course, chosen: Indices, values: Floats) -> Curve:
-    return Curve("active", "tracked", _times(course.t_s[chosen]), _with_gaps(course, chosen, values))
+    return Curve("active", "tracked", course.t_s[chosen], _with_gaps(course, chosen, values))
 
 
 def _band(course: Course, chosen: Indices, values: Floats, sigma: Floats) -> Band:
     low, high = values - SIGMAS * sigma, values + SIGMAS * sigma
-    times = _times(course.t_s[chosen])
-    return Band("uncertainty", times, _with_gaps(course, chosen, low), _with_gaps(course, chosen, high))
+    times = course.t_s[chosen]
+    return Band("uncertainty", WITHIN, times, _with_gaps(course, chosen, low), _with_gaps(course, chosen, high))
 
 
 def _chosen(course: Course) -> Indices:
@@ -97,19 +101,11 @@ def _chosen(course: Course) -> Indices:
     return np.unique(np.concatenate([_evenly(len(course.t_s)), breaks, breaks + 1]))
 
 
-def _with_gaps(course: Course, chosen: Indices, values: Floats) -> Series:
-    """Return chosen values, None at the last one before the lists left the object out."""
+def _with_gaps(course: Course, chosen: Indices, values: Floats) -> Floats:
+    """Return chosen values, NaN at the last one before the lists left the object out."""
     leaves = np.append(np.diff(course.place) > 1, False)[chosen]
-    return [None if gone else value for gone, value in zip(leaves.tolist(), _told(values[chosen]), strict=True)]
+    return np.where(leaves, np.nan, values[chosen])
 
 
 def _evenly(count: int) -> Indices:
     return np.unique(np.linspace(0, max(0, count - 1), min(count, MOST_VALUES)).astype(np.int64))
-
-
-def _times(t_s: Floats) -> list[float]:
-    return [round(t, 4) for t in t_s.tolist()]
-
-
-def _told(values: Floats) -> list[float | None]:
-    return [round(value, 4) if value == value else None for value in values.tolist()]

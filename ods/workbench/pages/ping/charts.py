@@ -1,8 +1,6 @@
 """Curves of the image processing menu: range profile, histogram, cost."""
 
-import itertools
 from collections.abc import Callable
-from html import escape
 
 import numpy as np
 from nicegui import ui
@@ -10,15 +8,16 @@ from nicegui import ui
 from ods.workbench.engine.ping.look import HIGHEST_DB, LOWEST_DB, Look, histogram, profile
 from ods.workbench.engine.ping.study import Cost
 from ods.workbench.engine.ping.thresholds import thresholds
-from ods.workbench.pages.ping.pictures import pooled_db, title_of
+from ods.workbench.pages.parts.cost_bar import cost_bar
+from ods.workbench.pages.ping.pictures import title_of
 from ods.workbench.pages.ping.work import Answer, Costs, last_stage
-from ods.workbench.web.curve_view import Axis, CurveView, EvenCurve, Line
-from ods.workbench.web.time_view import Colour
+from ods.workbench.web.chart_view import Axis, ChartView, Colour, Curve, Even, Line, Panel
 
-MOST_CURVES, MOST_POINTS = 4, 500
-ROLES: tuple[Colour, ...] = ("first", "second", "third", "truth")
-COLOURS = ("#56b4e9", "#e69f00", "#009e73", "#cc79a7", "#0072b2", "#d55e00", "#999999", "#f0e442")
-"""Okabe and Ito's, of the parts of the cost."""
+MOST_CURVES = 4
+ROLES: tuple[Colour, ...] = ("first", "second", "third", "fourth")
+LEAST_HIGH_DB = 42.0
+"""What a profile's axis reaches up to at least."""
+MOST_CELLS = 1e5
 
 
 class Profile:
@@ -32,7 +31,7 @@ class Profile:
         """None: recorded and last of A, and last of B."""
         self._choice = ui.select({}, multiple=True, label="range profile of (up to 4)", on_change=self._choose)
         self._choice.props("dense options-dense borderless").classes("w-full").mark("profiles")
-        self._view = CurveView(height="13rem").classes("w-full").mark("profile")
+        self._view = ChartView(height="15rem").mark("profile")
         self._view.on_drag(dragged)
 
     def answer(self, answer: Answer) -> None:
@@ -91,27 +90,25 @@ class Profile:
         curves = []
         for role, name in zip(ROLES, self._names(options), strict=False):
             look = self._look(name)
-            if look is None or beam >= len(look.codes):
-                continue
-            values, step = pooled_db(profile(look, beam), MOST_POINTS)
-            first = grid.range0_m + 0.5 * (step - 1) * grid.dr_m
-            curves.append(EvenCurve(role, options[name], first, step * grid.dr_m, values))
-        highest = max((value for curve in curves for value in curve.values if value is not None), default=40.0)
+            if look is not None and beam < len(look.codes):
+                curves.append(Curve(role, options[name], Even(grid.range0_m, grid.dr_m), profile(look, beam)))
+        highest = max((float(np.nanmax(curve.y, initial=LEAST_HIGH_DB)) for curve in curves), default=LEAST_HIGH_DB)
         last = self._answer.a.looks[-1]
         levels = thresholds(last, last_stage(self._answer.state.tuning)[1])
+        lines = [Line(each.name, "y", each.level_db, "approach", each.draggable) for each in levels]
+        far_m = grid.range0_m + grid.samples * grid.dr_m
+        self._view.set_title(f"beam {beam}, bearing {np.degrees(grid.bearing_rad[beam]):.1f}°")
         self._view.show(
-            f"beam {beam}, bearing {np.degrees(grid.bearing_rad[beam]):.1f}°",
-            (Axis("slant range, m", grid.range0_m, grid.range0_m + grid.samples * grid.dr_m),
-             Axis("dB over the image's median", -25.0, max(45.0, highest + 18.0))),
-            curves, [Line(each.name, "y", each.level_db, "approach", each.draggable) for each in levels],
-        )  # fmt: skip
+            Axis("slant range, m", grid.range0_m, far_m, cursor="range"),
+            [Panel(Axis("dB over median", -25.0, highest + 3.0, cursor="level"), curves, lines=lines)],
+        )
 
 
 class Histogram:
     """How many cells of the last image have what level."""
 
     def __init__(self, dragged: Callable[[str, float], None]) -> None:
-        self._view = CurveView(height="16rem").classes("w-full").mark("histogram")
+        self._view = ChartView(height="17rem").mark("histogram")
         self._view.on_drag(dragged)
 
     def answer(self, answer: Answer) -> None:
@@ -121,18 +118,20 @@ class Histogram:
         if answer.b is not None:
             curves.append(_bars(answer.b.looks[-1], "second", "B"))
         levels = thresholds(last, last_stage(answer.state.tuning)[1])
+        lines = [Line(each.name, "x", each.level_db, "approach", each.draggable) for each in levels]
+        self._view.set_title(f"what {last.label} compares")
         self._view.show(
-            f"what {last.label} compares",
-            (Axis("dB over the image's median", LOWEST_DB, HIGHEST_DB), Axis("cells", -0.3, 5.0, log=True)),
-            curves, [Line(each.name, "x", each.level_db, "approach", each.draggable) for each in levels],
-        )  # fmt: skip
+            Axis("dB over the image's median", LOWEST_DB, HIGHEST_DB, cursor="level"),
+            [Panel(Axis("cells", 0.5, MOST_CELLS, log=True), curves, lines=lines)],
+        )
 
 
-def _bars(look: Look, role: Colour, label: str) -> EvenCurve:
+def _bars(look: Look, role: Colour, label: str) -> Curve:
     counted = histogram(look)
-    logs: list[float | None] = [round(float(np.log10(cells)), 3) if cells else None for cells in counted.cells.tolist()]
+    cells = np.where(counted.cells > 0, counted.cells, np.nan)
     width = float(counted.edges_db[1] - counted.edges_db[0])
-    return EvenCurve(role, label, float(counted.edges_db[0]), width, logs, filled=label != "B")
+    middle = Even(float(counted.edges_db[0]) + 0.5 * width, width)
+    return Curve(role, label, middle, cells, "steps" if label == "B" else "bars")
 
 
 class CostBars:
@@ -145,7 +144,11 @@ class CostBars:
     def show(self, costs: Costs, period_s: float | None) -> None:
         """Show the newest answer."""
         most = max(cost.whole for _, cost in costs)
-        rows = (f"<div>{who} {_summary(cost, period_s)}</div>{_bar(cost, most)}" for who, cost in costs)
+        bars = ((*cost.stages, ("read, measure", cost.rest)) for _, cost in costs)
+        rows = (
+            f"<div>{who} {_summary(cost, period_s)}</div>{cost_bar(parts, most)}"
+            for (who, cost), parts in zip(costs, bars, strict=True)
+        )
         self._shown.set_content("".join(rows))
 
 
@@ -154,21 +157,3 @@ def _summary(cost: Cost, period_s: float | None) -> str:
     if period_s:
         text += f": {cost.whole / 1e4 / period_s:.2g} % of the {1e3 * period_s:.0f} ms between pings"
     return f"{text}; {cost.prepared / 1e3:.0f} ms once to prepare"
-
-
-def _bar(cost: Cost, most: float) -> str:
-    """Return the bar of one chain and its legend, as HTML."""
-    parts = [(escape(name), time_us) for name, time_us in (*cost.stages, ("read, measure", cost.rest))]
-    coloured = list(zip(parts, itertools.cycle(COLOURS), strict=False))
-    bars = (
-        f'<div class="h-full" style="width: {100.0 * time_us / most:.2f}%; background: {colour}" '
-        f'title="{name}: {time_us:.0f} µs"></div>'
-        for (name, time_us), colour in coloured
-    )
-    legend = (
-        f'<span class="text-xs whitespace-nowrap"><span class="inline-block w-2 h-2 mr-1" style="background: {colour}">'
-        f"</span>{name} {time_us:.0f} µs</span>"
-        for (name, time_us), colour in coloured
-    )
-    bar, names = "".join(bars), "".join(legend)
-    return f'<div class="flex no-wrap h-4">{bar}</div><div class="flex flex-wrap gap-x-3">{names}</div>'

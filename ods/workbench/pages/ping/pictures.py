@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from functools import partial
 
-import numpy as np
 from msgspec.structs import replace
 
 from ods.messages import Detection
@@ -124,12 +123,3 @@ def _circles(answer: Answer) -> list[Circle]:
 
 def _with_kind(found: Sequence[Detection], kind: Kind) -> list[Circle]:
     return [Circle(one.range_m, one.bearing_rad, one.radius_m, kind) for one in found]
-
-
-def pooled_db(levels: np.ndarray, most: int) -> tuple[list[float | None], int]:
-    """Return the highest of each few levels, (samples,), None where there are none, and how many share one."""
-    step = max(1, -(-len(levels) // most))
-    padded = np.full(-(-len(levels) // step) * step, -np.inf, np.float32)
-    padded[: len(levels)] = np.where(np.isfinite(levels), levels, -np.inf)
-    highest = padded.reshape(-1, step).max(axis=1).tolist()
-    return [round(value, 2) if value > -np.inf else None for value in highest], step

@@ -1,22 +1,21 @@
 """Beside the plan and the image: what the parts of the scene are like, effects, curves, cost and rehearsal."""
 
 from collections.abc import Callable
-from typing import Any
 
 from nicegui import ui
 
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.workbench.engine.scene.curves import beam_pattern, reflection, vertical_pattern
-from ods.workbench.engine.scene.plan import strip_of
 from ods.workbench.engine.scene.rehearsal import Rehearsal
-from ods.workbench.engine.scene.view import Pictured
 from ods.workbench.model.actions import RemoveObject, SetScene
 from ods.workbench.model.scene.dials import image_groups, object_groups, sea_bed_groups, vehicle_groups
 from ods.workbench.model.state import State
-from ods.workbench.pages.scene import charts, panels
+from ods.workbench.pages.scene import panels
+from ods.workbench.pages.scene.charts import overlaid
 from ods.workbench.pages.scene.work import build_cost, build_rehearsal
 from ods.workbench.session import Session
+from ods.workbench.web.chart_view import Axis, ChartView
 from ods.workbench.web.follow import follow
 
 VEHICLE, SEA_BED = "vehicle", "sea_bed"
@@ -62,12 +61,10 @@ class Side:
         """Show the patterns of the sonar."""
         planes = vertical_pattern(sonar)
         names = ["S(beta)"] if len(planes) == 1 else [f"plane {number}" for number in range(1, len(planes) + 1)]
-        vertical = charts.lines(
-            list(zip(names, planes, strict=True)), "elevation beta, °", ["S, dB one way"], least=FAINTEST_DB
-        )
-        charts.show(self._vertical, vertical)
-        beam = charts.lines([("a beam", beam_pattern(sonar))], "off the beam's axis, °", ["dB"], least=FAINTEST_DB)
-        charts.show(self._beam, beam)
+        curves = list(zip(names, planes, strict=True))
+        overlaid(self._vertical, curves, Axis("elevation beta, °"), Axis("S, dB one way", FAINTEST_DB))
+        beam = [("a beam", beam_pattern(sonar))]
+        overlaid(self._beam, beam, Axis("off the beam's axis, °"), Axis("dB", FAINTEST_DB))
 
     def _build_parts(self) -> None:
         with ui.row().classes("items-center w-full no-wrap"):
@@ -91,11 +88,11 @@ class Side:
 
     def _build_curves(self) -> None:
         ui.label("vertical sensitivity, figure 8").classes("text-xs opacity-70")
-        self._vertical = ui.echart({}).classes("w-full h-52")
+        self._vertical = ChartView(height="13rem")
         ui.label("horizontal beam pattern").classes("text-xs opacity-70")
-        self._beam = ui.echart({}).classes("w-full h-52")
+        self._beam = ChartView(height="13rem")
         ui.label("reflection of the selected surface, equation 3").classes("text-xs opacity-70")
-        self._surface = ui.echart({}).classes("w-full h-52")
+        self._surface = ChartView(height="13rem")
 
     def _fill(self) -> None:
         scene, session = self._session.state.scene, self._session
@@ -122,7 +119,7 @@ class Side:
         if scene is not None and self._part.startswith("objects["):
             surface = scene.objects[int(self._part[len("objects[") : -1])].surface
         curves = [("gamma(alpha)", reflection(surface))] if surface else []
-        charts.show(self._surface, charts.lines(curves, "incidence alpha, °", ["gamma"], least=0.0))
+        overlaid(self._surface, curves, Axis("incidence alpha, °"), Axis("gamma", 0.0))
 
     def _follow(self, before: State, after: State) -> None:
         if _structure(before.scene) != _structure(after.scene):
@@ -162,26 +159,3 @@ def _structure(scene: SceneFile | None) -> object:
     moving = [scene.vehicle, *scene.objects]
     points = [[(point.t_s, point.position_ned[2]) for point in each.waypoints] for each in moving]
     return _parts(scene), [type(each) for each in moving], points, bed is None, bed is not None and bed.rough is None
-
-
-def profile_chart(shown: Pictured, beam: int) -> dict[str, Any]:
-    """Return the levels of one beam over range, figure 10."""
-    names = ("as sent", "expected", "of a perfect sonar")
-    curves = list(zip(names, shown.profile(beam), strict=True))
-    return charts.lines(curves, f"range of beam {beam}, m", ["dB over 1 count"])
-
-
-def strip_chart(shown: Pictured, part: str) -> dict[str, Any]:
-    """Return depth and speed of the selected path, with its way-points."""
-    scene = shown.asked.file
-    place = int(part[len("objects[") : -1]) if part.startswith("objects[") else -1
-    if place >= len(scene.objects):
-        return charts.lines([], "time, s", ["depth, m", "speed, m/s"])
-    moving = scene.objects[place] if place >= 0 else scene.vehicle
-    name = scene.objects[place].name if place >= 0 else VEHICLE
-    depth, speed = strip_of(scene, part if place >= 0 else VEHICLE)
-    dots = [(point.t_s, point.position_ned[2]) for point in moving.waypoints]
-    curves = [(f"depth of {name}", depth), ("speed", speed)]
-    chart = charts.lines(curves, "time, s", ["depth, m", "speed, m/s"], dots=dots, now=shown.t_s)
-    chart["yAxis"][0] |= {"inverse": True, "nameLocation": "start"}
-    return chart

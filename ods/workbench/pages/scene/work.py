@@ -9,7 +9,7 @@ from ods.workbench.engine.background.own_process import in_own_process, whole
 from ods.workbench.engine.scene.cost import Cost, cost_of
 from ods.workbench.engine.scene.rehearsal import Rehearsal, rehearse_file
 from ods.workbench.engine.scene.view import SceneError
-from ods.workbench.pages.scene import charts
+from ods.workbench.pages.parts.cost_bar import cost_bar
 from ods.workbench.session import Session
 from ods.workbench.web.follow import in_loop
 
@@ -29,9 +29,8 @@ def build_cost(session: Session) -> None:
             button.props(remove="loading")
 
     def show(cost: Cost) -> None:
-        bar.set_visibility(True)
-        parts = [(name, ms) for name, ms in cost.parts_ms.items() if name != "total"]
-        charts.show(bar, charts.bars(parts, 1e3 * cost.period_s))
+        parts_us = [(name, 1e3 * ms) for name, ms in cost.parts_ms.items() if name != "total"]
+        bar.set_content(cost_bar(parts_us, sum(us for _, us in parts_us)))
         paper = ", ".join(f"{name} {taken_s} s" for name, taken_s in cost.paper_s.items())
         total = cost.parts_ms["total"]
         line.set_text(
@@ -42,8 +41,7 @@ def build_cost(session: Session) -> None:
     with ui.row().classes("items-center w-full"):
         ui.label("CPU time of an image's parts").classes("text-sm")
         button = ui.button("measure", icon="timer", on_click=measure).props("flat dense no-caps").mark("measure cost")
-    bar = ui.echart({}).classes("w-full h-36")
-    bar.set_visibility(False)
+    bar = ui.html("", sanitize=False).classes("w-full text-sm")
     line = ui.label().classes("text-xs opacity-70").mark("cost")
 
 

@@ -19,11 +19,24 @@ const ROLES = {
   first: { colours: ["#56b4e9", "#0072b2"] },
   second: { colours: ["#f0b429", "#a86a00"] },
   third: { colours: ["#1fc79a", "#00795a"] },
+  fourth: { colours: ["#d98cba", "#a5518a"] },
   quiet: { colours: ["#8b949e", "#6e7781"] },
 };
 
+let isForPrint = false;
+
 export function isDark() {
-  return document.body.classList.contains("body--dark");
+  return !isForPrint && document.body.classList.contains("body--dark");
+}
+
+// Calls something in the colours for paper.
+export function onPaper(draw) {
+  isForPrint = true;
+  try {
+    return draw();
+  } finally {
+    isForPrint = false;
+  }
 }
 
 export const ink = () => (isDark() ? "#c9d1d9" : "#1f2328");
@@ -108,10 +121,10 @@ function meet(one, other) {
 }
 
 // Where the entries of a legend stand below a chart of that width: [[role, label, x, row], ...].
-export function legendRows(context, entries, width) {
+export function legendRows(context, entries, width, gap = 16) {
   let [x, row] = [0, 0];
   return entries.map(([role, label]) => {
-    const wide = 28 + context.measureText(label).width + 16;
+    const wide = 28 + context.measureText(label).width + gap;
     if (x && x + wide > width) [x, row] = [0, row + 1];
     x += wide;
     return [role, label, x - wide, row];
@@ -158,22 +171,39 @@ export function watch(element, changed) {
   };
 }
 
-// Puts a button into the corner of a view that sends its canvases as one picture to the browser's downloads; `title` tells
-// what it is called.
-export function withPicture(element, title) {
+// Puts a small button into the lower right corner of a view, so far from its right edge.
+export function cornerButton(element, icon, title, right, clicked) {
   const button = document.createElement("button");
-  button.innerHTML = '<i class="material-icons">photo_camera</i>';
-  button.title = button.ariaLabel = "download this view as a picture";
+  button.innerHTML = `<i class="material-icons">${icon}</i>`;
+  button.title = button.ariaLabel = title;
   Object.assign(button.style, {
-    position: "absolute", bottom: "2px", right: "6px", padding: "1px", border: "0", background: "none",
-    color: "inherit", fontSize: "16px", height: "18px", lineHeight: "1", cursor: "pointer", opacity: 0.5,
+    position: "absolute", bottom: "2px", right: `${right}px`, padding: "1px", border: "0", background: "none",
+    color: "inherit", fontSize: "16px", height: "18px", lineHeight: "1", cursor: "pointer", opacity: 0.5, zIndex: 1,
   });
   button.addEventListener("click", () => {
-    const name = `${title()}`.replace(/[^\w.]+/g, "-").replace(/^-|-$/g, "") || "view";
-    Object.assign(document.createElement("a"), { download: `${name}.png`, href: pictureOf(element).toDataURL() }).click();
+    clicked();
     button.blur();
   });
   element.appendChild(button);
+}
+
+function download(title, ending, href) {
+  const name = `${title}`.replace(/[^\w.]+/g, "-").replace(/^-|-$/g, "") || "view";
+  Object.assign(document.createElement("a"), { download: `${name}.${ending}`, href }).click();
+}
+
+// Sends a text to the browser's downloads.
+export function saveAs(title, ending, text, type) {
+  const address = URL.createObjectURL(new Blob([text], { type }));
+  download(title, ending, address);
+  setTimeout(() => URL.revokeObjectURL(address), 10000);
+}
+
+// Puts a button into the corner of a view that sends its canvases as one picture to the browser's downloads; `title` tells
+// what it is called.
+export function withPicture(element, title) {
+  const save = () => download(title(), "png", pictureOf(element).toDataURL());
+  cornerButton(element, "photo_camera", "download this view as a picture", 6, save);
 }
 
 function pictureOf(element) {

@@ -1,5 +1,5 @@
 // Labels that a person drew over a sonar image: boxes of beams and samples, or what is round in them.
-import { halo } from "./index.js";
+import { halo } from "ods-charts";
 
 const COLOUR = "#ffd33d";
 const STEPS = 24; // of an edge that is bent in a fan

@@ -1,4 +1,4 @@
-"""What the plan and the time view tell the page's script, and what they make of its events."""
+"""What the plan and the charts give to the page's script, and what they make of its events."""
 
 import asyncio
 import json
@@ -6,13 +6,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import get_args
 
+import numpy as np
+import pytest
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments, handle_event
 from nicegui.testing.user_simulation import user_simulation
 
 from ods.workbench.web import plan_view
+from ods.workbench.web.chart_view import Axis, Band, ChartView, Colour, Curve, Even, Panel, Strip
 from ods.workbench.web.plan_view import Circle, Drag, Ellipse, Handle, Line, Pick, PlanView
-from ods.workbench.web.time_view import Band, Curve, Panel, Strip, TimeView
+from tests.workbench.pages.visiting import numbers
 
 
 def on_a_page(test: Callable[[], None]) -> None:
@@ -55,32 +58,43 @@ def test_layers_are_what_the_script_can_read() -> None:
     on_a_page(test)
 
 
-def test_events_are_told_as_clicks_drags_and_times() -> None:
+def test_events_are_told_as_clicks_drags_and_places() -> None:
     told: list[object] = []
 
     def test() -> None:
-        plan, times = PlanView(), TimeView()
+        plan, chart = PlanView(), ChartView()
         plan.on_pick(told.append)
         plan.on_drag(told.append)
-        times.on_time(told.append)
-        times.on_mark(told.append)
+        chart.on_pick(told.append)
+        chart.on_mark(told.append)
+        chart.on_drag(lambda *line: told.append(line))
         emit(plan, "pick", {"id": None, "north": 1, "east": 2.5})
         emit(plan, "drag", {"id": "w0", "north": 3.0, "east": 4.0, "done": True})
-        emit(times, "pick", {"t_s": 12})
-        emit(times, "mark", {"id": "3"})
+        emit(chart, "pick", {"x": 12})
+        emit(chart, "mark", {"id": "3"})
+        emit(chart, "drag", {"name": "high", "value": 5})
+        assert chart._props["picks"]
 
     on_a_page(test)
-    assert told == [Pick(None, (1.0, 2.5)), Drag("w0", (3.0, 4.0), True), 12.0, "3"]
+    assert told == [Pick(None, (1.0, 2.5)), Drag("w0", (3.0, 4.0), True), 12.0, "3", ("high", 5.0)]
 
 
 def test_panels_and_strips_are_what_the_script_can_read() -> None:
     def test() -> None:
-        times = TimeView()
-        curve = Curve("active", "tracked", [0.0, 1.0], [2.0, None])
-        times.show((0.0, 9.0), [Panel("x, m", [curve], [Band("uncertainty", [0.0, 1.0], [1.0, None], [3.0, None])])])
-        times.show((0.0, 9.0), [], [Strip("1", "object 1", [("active", 0.0, 9.0)])])
-        told = json.loads(times._props["shown"])
-        assert told["span"] == [0.0, 9.0]
+        chart = ChartView()
+        x, gap = np.array([0.0, 1.0]), np.array([2.0, np.nan])
+        band = Band("uncertainty", "within", x, gap - 1.0, gap + 1.0)
+        curves = [Curve("active", "tracked", x, gap), Curve("first", "level", Even(0.5, 0.25), np.arange(4))]
+        chart.show(Axis("time, s", 0.0, 9.0), [Panel(Axis("x, m"), curves, [band])], columns=2)
+        told = json.loads(chart._props["shown"])
+        assert (told["x"]["low"], told["x"]["high"], told["columns"]) == (0.0, 9.0, 2)
+        first, second = told["panels"][0]["curves"]
+        assert numbers(first["x"]) == [0.0, 1.0]
+        assert numbers(first["y"]) == [2.0, pytest.approx(np.nan, nan_ok=True)]
+        assert (second["x"], numbers(second["y"])) == ({"x0": 0.5, "dx": 0.25}, [0.0, 1.0, 2.0, 3.0])
+        assert numbers(told["panels"][0]["bands"][0]["high"])[0] == 3.0
+        chart.show(Axis("time, s", 0.0, 9.0), [], [Strip("1", "object 1", [("active", 0.0, 9.0)])])
+        told = json.loads(chart._props["shown"])
         assert told["panels"] == []
         assert told["strips"] == [{"id": "1", "label": "object 1", "spans": [["active", 0.0, 9.0]], "marked": False}]
 
@@ -89,5 +103,6 @@ def test_panels_and_strips_are_what_the_script_can_read() -> None:
 
 def test_every_role_has_a_colour() -> None:
     script = (Path(plan_view.__file__).parent / "charts" / "index.js").read_text()
-    roles = set(get_args(plan_view.Role))
+    roles = {role for part in get_args(Colour) for role in get_args(part)}
+    assert {"veto", "first", "quiet"} <= roles
     assert {role for role in roles if f"\n  {role}: {{ colours:" not in script} == set()
