@@ -21,6 +21,7 @@ from ods.workbench.model.state import State
 from ods.workbench.pages.echogram import echogram_of
 from ods.workbench.pages.parts import sending, shared_link
 from ods.workbench.pages.parts.reruns import rerun_of
+from ods.workbench.pages.parts.tips import tip
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
 
@@ -192,7 +193,7 @@ def _bookmarks(session: Session) -> None:
                     ui.link(f"ping {mark.ping}: {mark.text}").on("click", partial(session.do, ShowPing(mark.ping)))
                     ui.space()
                     gone = ui.button(icon="close", on_click=partial(session.do, SetBookmark(mark.ping, "")))
-                    gone.props("flat round dense size=sm").tooltip("take the mark away")
+                    tip(gone.props("flat round dense size=sm"), "take the mark away")
 
     def mark() -> None:
         if not text.value:

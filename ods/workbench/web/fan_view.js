@@ -1,6 +1,7 @@
 // A sonar image on two canvases: cells by a look-up table (pixel -> cell), and over them axes, circles and pointer.
 import { ink, prepare, watch, withPicture } from "ods-charts";
 import { joinLink, leaveLink, request } from "ods-charts/frames.js";
+import { withKeys } from "ods-charts/keys.js";
 import { drawBox, drawLabels } from "ods-charts/labels.js";
 import { drawScale, niceStep, pack, paletteOf } from "ods-charts/palettes.js";
 import { drawRuler, measures, withRuler } from "ods-charts/ruler.js";
@@ -173,8 +174,7 @@ class Projection {
 
 export default {
   template: `
-    <div style="position: relative; width: 100%; height: 100%; min-height: 160px; overflow: hidden; cursor: crosshair; outline: none"
-         tabindex="-1">
+    <div style="position: relative; width: 100%; height: 100%; min-height: 160px; overflow: hidden; cursor: crosshair">
       <canvas ref="image" style="position: absolute; image-rendering: pixelated"></canvas>
       <canvas ref="over" style="position: absolute; left: 0; top: 0; width: 100%; height: 100%"></canvas>
     </div>`,
@@ -196,6 +196,7 @@ export default {
     this.unruled = withRuler(this.$el, () => measure(null));
     withPicture(this.$el, () => `${this.title} ${this.frame?.caption ?? ""}`);
     const over = this.$refs.over;
+    withKeys(this.$el, over, "sonar image");
     over.addEventListener("pointermove", (event) => this.moved(event));
     over.addEventListener("pointerdown", (event) => this.pressed(event));
     over.addEventListener("pointerup", (event) => this.released(event));

@@ -1,4 +1,5 @@
 // What the views of the page share: colours by role, ticks, sharp canvases, labels that keep apart.
+import { withKeys } from "./keys.js";
 
 // Okabe and Ito's colours, which colour-blind eyes tell apart; [on dark, on light].
 const ROLES = {
@@ -196,6 +197,7 @@ export const onCanvas = {
   mounted() {
     this.unwatch = watch(this.$el, () => this.draw());
     withPicture(this.$el, () => this.now.title ?? this.$options.name ?? "");
+    withKeys(this.$el, this.$refs.canvas, this.now.title || "a chart");
     for (const [name, hear] of Object.entries(this.heard()))
       this.$refs.canvas.addEventListener(name, hear, { passive: name !== "wheel" });
     this.draw();
