@@ -203,7 +203,7 @@ class _Page:
             words.append(f"no detections and tracks: {self._rerun.error}")
         elif tracks_are_old:
             words.append(tracking_progress(self._rerun.progress))
-        return "; ".join(words)
+        return "; ".join(dict.fromkeys(words))
 
     def _failed(self, _: _Wish, error: Exception) -> None:
         in_loop(self._view, partial(self._status.set_text, f"no layers: {one_line(error)}"))

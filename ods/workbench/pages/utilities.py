@@ -57,6 +57,7 @@ def _save(session: Session) -> None:
     with ui.row():
         sending.buttons(session, "Save", lambda: name.value or "", save)
         ui.button("Load", on_click=load).props("dense no-caps outline").mark("load")
+    ui.label("On board: ods run --config FILE. On the bench: ods bench --onboard FILE.").classes("text-xs opacity-70")
     follow(session, shown, show)
     show()
 

@@ -1,7 +1,11 @@
 """A user's hand in a real browser: it finds things by what the page calls them, and counts what it does."""
 
 from selenium import webdriver
-from selenium.common.exceptions import ElementClickInterceptedException, StaleElementReferenceException
+from selenium.common.exceptions import (
+    ElementClickInterceptedException,
+    ElementNotInteractableException,
+    StaleElementReferenceException,
+)
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -89,6 +93,6 @@ class Hand:
     def _clicked(self, element: WebElement) -> bool:
         try:
             element.click()
-        except (ElementClickInterceptedException, StaleElementReferenceException):
+        except (ElementClickInterceptedException, ElementNotInteractableException, StaleElementReferenceException):
             return False
         return True
