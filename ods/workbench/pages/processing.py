@@ -144,7 +144,12 @@ class _Page:
         ui.button("keep as B", on_click=lambda: self._session.do(do.KeepAsB())).props(button).mark("keep as B")
         with folds("compare", "B: swap, drop, how it is compared", 900) as self._with_b:
             ui.button("swap", on_click=lambda: self._session.do(do.SwapAB())).props(button).mark("swap")
-            ui.button("drop B", on_click=lambda: self._session.do(do.DropB())).props(button).mark("drop B")
+            drop = ui.button("drop B", on_click=lambda: self._session.do(do.DropB())).props(button).mark("drop B")
+            drop.tooltip("with C and D")
+            self._next = ui.button("keep as C", on_click=lambda: self._session.do(do.KeepAsNext()))
+            self._next.props(button).mark("keep as next").tooltip(
+                "for the range profile: up to four chains on one beam"
+            )
             self._comparison = ui.toggle(
                 ["split", "blink", "difference"], on_change=lambda event: self._view("comparison", event.value)
             )
@@ -359,6 +364,7 @@ class _Page:
         self._scale.set_value({"min": view.lowest_db, "max": view.highest_db})
         self._comparison.set_value(view.comparison)
         self._with_b.set_visibility(state.other is not None)
+        self._next.set_text("keep as D" if state.further else "keep as C")
         self._second.set_visibility(compares(state) or view.compared_stage is not None or state.beside is not None)
         self._blinks.active = state.other is not None and view.comparison == "blink"
         if not self._blinks.active and self._main.view != MAIN:
@@ -368,7 +374,7 @@ class _Page:
 
 
 def _arranged(state: State) -> tuple[object, ...]:
-    return state.view, state.tuning, state.other, state.beside
+    return state.view, state.tuning, state.other, state.further, state.beside
 
 
 def _offer(choice: Select, options: dict[int, str], value: int) -> None:

@@ -16,7 +16,16 @@ from nicegui.testing.user_simulation import user_simulation
 from ods.offline.mission import MissionSettings
 from ods.workbench.engine.data import Data
 from ods.workbench.engine.mission.rerun import wanted
-from ods.workbench.model.actions import SetBookmark, SetSetting, SetTuning, SetView, ShowPing
+from ods.workbench.model.actions import (
+    AddStage,
+    KeepAsB,
+    RemoveStage,
+    SetBookmark,
+    SetSetting,
+    SetTuning,
+    SetView,
+    ShowPing,
+)
 from ods.workbench.model.state import DataReference, State, Tuning
 from ods.workbench.pages import processing
 from ods.workbench.pages.parts.reruns import rerun_of
@@ -173,6 +182,23 @@ async def test_b_is_kept_and_its_difference_is_told(user: User, session: Session
     await until(lambda: kinds(user) == {"only_b"})
     user.find(marker="swap").click()
     await until(lambda: kinds(user) == {"only_a"})
+
+
+async def test_three_filters_are_seen_on_one_beam(user: User, session: Session) -> None:
+    await until(lambda: frame(user))
+    session.do(KeepAsB())
+    await user.should_see(marker="keep as next")
+    for name in ("filter.wiener", "filter.median"):
+        session.do(RemoveStage(1))
+        session.do(AddStage(name, 1))
+        if name == "filter.wiener":
+            user.find(marker="keep as next").click()
+    chosen = widget(user, "profiles")
+    await until(lambda: len(chosen.value) == 4)
+    names = [chosen.options[each] for each in chosen.value]
+    assert names == ["A: as recorded", "A: after 2 filter.median", "B: after 2 filter.fir", "C: after 2 filter.wiener"]
+    user.find(marker="drop B").click()
+    await until(lambda: [chosen.options[each] for each in chosen.value] == ["as recorded", "after 3 detect.two_level"])
 
 
 async def test_dragging_a_level_changes_its_setting(user: User, session: Session) -> None:

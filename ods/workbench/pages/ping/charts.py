@@ -8,8 +8,9 @@ import numpy as np
 from nicegui import ui
 
 from ods.workbench.engine.ping.look import HIGHEST_DB, LOWEST_DB, Look, histogram, profile
-from ods.workbench.engine.ping.study import Cost
+from ods.workbench.engine.ping.study import Cost, Study
 from ods.workbench.engine.ping.thresholds import thresholds
+from ods.workbench.model.state import Tuning
 from ods.workbench.pages.ping.pictures import pooled_db, title_of
 from ods.workbench.pages.ping.work import Answer, Costs, last_stage
 from ods.workbench.web.curve_view import Axis, CurveView, EvenCurve, Line
@@ -51,19 +52,20 @@ class Profile:
             self._draw()
 
     def _options(self, answer: Answer) -> dict[str, str]:
-        state = answer.state
-        tunings = [("A", state.tuning)] + ([("B", state.other)] if state.other and answer.b else [])
+        chains = _chains(answer)
         return {
-            f"{who} {place}": (f"{who}: " if len(tunings) > 1 else "") + title_of(tuning, place)
-            for who, tuning in tunings
+            f"{who} {place}": (f"{who}: " if len(chains) > 1 else "") + title_of(tuning, place)
+            for who, (_, tuning) in chains.items()
             for place in range(-1, len(tuning.config.pipeline.chain()))
         }
 
     def _names(self, options: dict[str, str]) -> list[str]:
         if self._chosen is not None and (kept := [name for name in self._chosen if name in options]):
             return kept
-        ends = {name.partition(" ")[0]: name for name in options}
-        return ["A -1", *ends.values()]
+        assert self._answer is not None
+        last = -2 if self._answer.further else -1  # of many chains after the filter, by which they are named
+        ends = [[name for name in options if name.startswith(who)][last] for who in _chains(self._answer)]
+        return ["A -1", *ends][-MOST_CURVES:]
 
     def _choose(self) -> None:
         if self._answer is None or self._choice.value == self._names(self._options(self._answer)):
@@ -74,12 +76,11 @@ class Profile:
             self._choice.set_value(self._chosen)
         self._draw()
 
-    def _look(self, name: str) -> Look | None:
+    def _look(self, name: str) -> Look:
         assert self._answer is not None
         who, _, place = name.partition(" ")
-        state = self._answer.state
-        study, tuning = (self._answer.b, state.other) if who == "B" else (self._answer.a, state.tuning)
-        return None if study is None or tuning is None else study.after(int(place), tuning.bypassed)
+        study, tuning = _chains(self._answer)[who]
+        return study.after(int(place), tuning.bypassed)
 
     def _draw(self) -> None:
         if self._answer is None:
@@ -91,7 +92,7 @@ class Profile:
         curves = []
         for role, name in zip(ROLES, self._names(options), strict=False):
             look = self._look(name)
-            if look is None or beam >= len(look.codes):
+            if beam >= len(look.codes):
                 continue
             values, step = pooled_db(profile(look, beam), MOST_POINTS)
             first = grid.range0_m + 0.5 * (step - 1) * grid.dr_m
@@ -105,6 +106,14 @@ class Profile:
              Axis("dB over the image's median", -25.0, max(45.0, highest + 18.0))),
             curves, [Line(each.name, "y", each.level_db, "approach", each.draggable) for each in levels],
         )  # fmt: skip
+
+
+def _chains(answer: Answer) -> dict[str, tuple[Study, Tuning]]:
+    """Return A and the chains that are kept, by their names; without those that cannot be."""
+    state = answer.state
+    studies, tunings = (answer.a, answer.b, *answer.further), (state.tuning, state.other, *state.further)
+    named = zip("ABCD", studies, tunings, strict=False)
+    return {name: (study, tuning) for name, study, tuning in named if study is not None and tuning is not None}
 
 
 class Histogram:
