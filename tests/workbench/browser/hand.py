@@ -22,8 +22,8 @@ const nameOf = (item) => {
   return words.filter(Boolean);
 };
 const isSeen = (item) => item.clientWidth && getComputedStyle(item).visibility === "visible";
-const cards = [...document.querySelectorAll(".q-card")];
-const inside = within ? cards.find((card) => isSeen(card) && nameOf(card)[0] === within) : document;
+const groups = [...document.querySelectorAll(".q-card, .q-expansion-item")];
+const inside = within ? groups.find((group) => isSeen(group) && nameOf(group)[0]?.replace(/\\s+/, " ") === within) : document;
 const dialog = [...document.querySelectorAll(".q-dialog, .q-menu")].filter(isSeen).pop();
 const places = within ? [inside] : [dialog, document];
 const kinds = "button, [role=button], .q-item, .q-tab, .q-checkbox, .q-toggle, .q-radio";
@@ -34,7 +34,17 @@ for (const place of places.filter(Boolean)) {
 }
 return null;
 """
-"""What can be pressed, by its first words or, where it has an icon only, its label; that of a dialog goes first."""
+"""What can be pressed, by its first words or, where it has an icon only, its label; what is on top goes first."""
+
+
+HAS_FOCUS = """
+const [label, within] = arguments, item = document.activeElement;
+if (within && !item.closest(within)) return false;
+const words = item.innerText?.split("\\n").map((line) => line.trim()) ?? [];
+const named = item.closest("[aria-label]")?.ariaLabel ?? item.closest(".q-field")?.querySelector(".q-field__label")?.innerText;
+return named === label || named?.startsWith(`${label}:`) || words.includes(label);
+"""
+MOST_TABS = 150
 
 
 class Hand:
@@ -48,11 +58,11 @@ class Hand:
         """Wait until the page shows a text."""
         waiting.wait_for(self.window, text)
 
-    def press(self, label: str, card: str = "") -> None:
-        """Click at what is called so, in the card with that title if one is given."""
+    def press(self, label: str, within: str = "") -> None:
+        """Click at what is called so, in the card or the stage with that title if one is given."""
 
         def pressed() -> bool:
-            found: WebElement | None = self.window.execute_script(FIND, label, card)
+            found: WebElement | None = self.window.execute_script(FIND, label, within)
             return found is not None and self._clicked(found)
 
         until(pressed)
@@ -75,6 +85,14 @@ class Hand:
         """Press keys one after the other, wherever the focus is."""
         ActionChains(self.window).send_keys(*keys).perform()
         self.keys += len(keys)
+
+    def tab_to(self, label: str, within: str = "") -> None:
+        """Press Tab until the focus is on what is called so, inside an element that a selector names."""
+        for _ in range(MOST_TABS):
+            self.key(Keys.TAB)
+            if self.window.execute_script(HAS_FOCUS, label, within):
+                return
+        raise AssertionError(f"{label!r} is not reached by Tab")
 
     def click_at(self, element: WebElement, x: float, y: float) -> None:
         """Click at a place of an element, px from its corner; the browser takes whole pixels from its middle."""

@@ -1,0 +1,150 @@
+"""The docs' pictures of the workbench, taken anew from all of its menus in a real browser.
+
+    python -m benchmarks.workbench_pictures                          # docs/workbench-*.png, 1440 x 900
+    python -m benchmarks.workbench_pictures FOLDER --size 1024x700   # to look at
+
+A bench runs for the menu Live: a minute or two in all. `--only observer live` takes these alone.
+"""
+
+import argparse
+import io
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from PIL import Image
+from selenium import webdriver
+
+from tests.workbench.browser.hand import Hand
+from tests.workbench.browser.waiting import TEXT, keys, resized, until
+from tests.workbench.chromium import chromium
+from tests.workbench.serving import PROJECT, serving
+
+SCENES = PROJECT / "config" / "scenes"
+RUN_DIR = "/tmp/ods-bench"
+"""Of config/bench.toml."""
+SETTLE_S = 3.0
+"""Until charts and tables that follow a picture are drawn, and a notice is gone."""
+BENCH_S = 25.0
+
+
+def _processing(hand: Hand) -> None:
+    hand.sees("ms once to prepare")
+
+
+def _observer(hand: Hand) -> None:
+    hand.sees("mean GOSPA")
+    for _ in range(30):
+        keys(hand.window, "n")  # to the end of the first track
+
+
+def _simulator(hand: Hand) -> None:
+    hand.sees("ping 0 of")
+
+
+def _demonstrator(hand: Hand) -> None:
+    hand.sees("DIDSON, real")
+    until(lambda: "being made, once" not in hand.window.execute_script(TEXT))
+
+
+def _utilities(hand: Hand) -> None:
+    hand.press("Image processing")
+    hand.write("high level", "6.5", enter=True)
+    hand.press("Utilities")
+    hand.sees("1 setting differs")
+
+
+def _assess(hand: Hand) -> None:
+    hand.sees("A: this chain:")
+    hand.choose("setting", "detect.two_level: high level = 5.5")
+    hand.press("Sweep")
+    hand.sees("high level: 9 values")
+
+
+def _echogram(hand: Hand) -> None:
+    hand.sees("detections")
+    until(lambda: not any(word in hand.window.execute_script(TEXT) for word in ("opening the data", "read:", "pings\n")))
+
+
+def _missions(hand: Hand) -> None:
+    hand.choose("campaigns of ODS", "dense")
+    hand.press("dense, mission 0: not flown yet")
+    hand.sees("least clearance")
+
+
+def _live(hand: Hand) -> None:
+    hand.sees("VALID: a planner may rely on the list")
+    time.sleep(8.0)
+
+
+PICTURES: dict[str, tuple[str, str, Callable[[Hand], None]]] = {
+    "processing": ("Image processing", "figure11.toml", _processing),
+    "observer": ("Observer", "worked_example.toml", _observer),
+    "simulator": ("Simulator", "figure11.toml", _simulator),
+    "demonstrator": ("Demonstrator", "figure11.toml", _demonstrator),
+    "utilities": ("Utilities", "figure11.toml", _utilities),
+    "assess": ("Assess", "figure11.toml", _assess),
+    "echogram": ("Echogram", "figure11_imperfect.toml", _echogram),
+    "missions": ("Missions", "figure11.toml", _missions),
+    "live": ("Live", "", _live),
+}
+"""By name: the menu, the scene that is open, empty for a vehicle's bus, and what is done before the picture is taken."""
+
+
+def main() -> None:
+    """Take them."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, nargs="?", default=PROJECT / "docs")
+    parser.add_argument("--size", default="1440x900")
+    parser.add_argument("--only", nargs="+", choices=PICTURES, default=list(PICTURES))
+    args = parser.parse_args()
+    width, height = (int(pixels) for pixels in args.size.split("x"))
+    args.folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as name, chromium(Path(name) / "profile", logged=False) as window:
+        resized(window, width, height)
+        for picture in args.only:
+            place = args.folder / f"workbench-{picture}.png"
+            _save(_taken(window, picture, Path(name) / "ods"), place)
+            print(place, flush=True)
+
+
+def _taken(window: webdriver.Chrome, picture: str, folder: Path) -> bytes:
+    menu, scene, prepare = PICTURES[picture]
+    folder.mkdir(exist_ok=True)
+    with _data(scene, folder) as words, serving(*words, folder=folder) as server:
+        window.execute_cdp_cmd("Network.clearBrowserCookies", {})
+        window.get(server.link)
+        hand = Hand(window)
+        hand.press(menu)
+        prepare(hand)
+        time.sleep(SETTLE_S)
+        return window.get_screenshot_as_png()
+
+
+@contextmanager
+def _data(scene: str, folder: Path) -> Iterator[tuple[str, ...]]:
+    """Yield what the workbench is started with."""
+    if scene:
+        yield (str(SCENES / scene),)
+        return
+    words = "-m", "ods", "bench", "--seconds", str(BENCH_S), "--out", str(folder / "bench")
+    bench = subprocess.Popen([sys.executable, *words], cwd=PROJECT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        yield "--live", RUN_DIR
+    finally:
+        bench.terminate()
+        bench.wait()
+
+
+def _save(content: bytes, place: Path) -> None:
+    """Write a picture with 256 colours, which a third of the bytes are enough for."""
+    with Image.open(io.BytesIO(content)) as picture:
+        picture.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(place, optimize=True)
+
+
+if __name__ == "__main__":
+    main()
