@@ -62,12 +62,14 @@ def _assess(hand: Hand) -> None:
     hand.sees("A: this chain:")
     hand.choose("setting", "detect.two_level: high level = 5.5")
     hand.press("Sweep")
-    hand.sees("high level: 9 values")
+    hand.sees("that the setting refuses")
 
 
 def _echogram(hand: Hand) -> None:
     hand.sees("detections")
-    until(lambda: not any(word in hand.window.execute_script(TEXT) for word in ("opening the data", "read:", "pings\n")))
+    until(
+        lambda: not any(word in hand.window.execute_script(TEXT) for word in ("opening the data", "read:", "pings\n"))
+    )
 
 
 def _missions(hand: Hand) -> None:
@@ -92,7 +94,7 @@ PICTURES: dict[str, tuple[str, str, Callable[[Hand], None]]] = {
     "missions": ("Missions", "figure11.toml", _missions),
     "live": ("Live", "", _live),
 }
-"""By name: the menu, the scene that is open, empty for a vehicle's bus, and what is done before the picture is taken."""
+"""By name: the menu, the scene that is open, empty for a vehicle's bus, and what is done before the picture."""
 
 
 def main() -> None:
@@ -132,7 +134,9 @@ def _data(scene: str, folder: Path) -> Iterator[tuple[str, ...]]:
         yield (str(SCENES / scene),)
         return
     words = "-m", "ods", "bench", "--seconds", str(BENCH_S), "--out", str(folder / "bench")
-    bench = subprocess.Popen([sys.executable, *words], cwd=PROJECT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    bench = subprocess.Popen(
+        [sys.executable, *words], cwd=PROJECT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
     try:
         yield "--live", RUN_DIR
     finally:

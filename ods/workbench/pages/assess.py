@@ -182,8 +182,8 @@ class _SweepCard:
         self._numbers: dict[str, Numeric] = {}
         with ui.row().classes("w-full items-end no-wrap"):
             self._chosen = ui.select({}, label="setting", with_input=True).classes("grow").mark("swept setting")
-            self._low, self._high = ui.number("from").classes("w-24"), ui.number("to").classes("w-24")
-            self._count = ui.number("values", value=9, min=2, max=40, precision=0).classes("w-20")
+            self._low, self._high = ui.number("from").classes("w-16"), ui.number("to").classes("w-16")
+            self._count = ui.number("values", value=9, min=2, max=40, precision=0).classes("w-14")
             self._factors = ui.switch("by factors").classes("whitespace-nowrap").tooltip("even steps of the logarithm")
             ui.button("Sweep", on_click=self._ask).props("dense no-caps").mark("sweep")
         self._work = _Background()

@@ -23,9 +23,9 @@ const nameOf = (item) => {
 };
 const isSeen = (item) => item.clientWidth && getComputedStyle(item).visibility === "visible";
 const groups = [...document.querySelectorAll(".q-card, .q-expansion-item")];
-const inside = within ? groups.find((group) => isSeen(group) && nameOf(group)[0]?.replace(/\\s+/, " ") === within) : document;
+const isWithin = (group) => isSeen(group) && nameOf(group)[0]?.replace(/\\s+/, " ") === within;
 const dialog = [...document.querySelectorAll(".q-dialog, .q-menu")].filter(isSeen).pop();
-const places = within ? [inside] : [dialog, document];
+const places = within ? [groups.find(isWithin)] : [dialog, document];
 const kinds = "button, [role=button], .q-item, .q-tab, .q-checkbox, .q-toggle, .q-radio";
 for (const place of places.filter(Boolean)) {
   const found = [...place.querySelectorAll(kinds)].filter(isSeen);
@@ -41,7 +41,8 @@ HAS_FOCUS = """
 const [label, within] = arguments, item = document.activeElement;
 if (within && !item.closest(within)) return false;
 const words = item.innerText?.split("\\n").map((line) => line.trim()) ?? [];
-const named = item.closest("[aria-label]")?.ariaLabel ?? item.closest(".q-field")?.querySelector(".q-field__label")?.innerText;
+const field = item.closest(".q-field")?.querySelector(".q-field__label");
+const named = item.closest("[aria-label]")?.ariaLabel ?? field?.innerText;
 return named === label || named?.startsWith(`${label}:`) || words.includes(label);
 """
 MOST_TABS = 150
@@ -85,6 +86,12 @@ class Hand:
         """Press keys one after the other, wherever the focus is."""
         ActionChains(self.window).send_keys(*keys).perform()
         self.keys += len(keys)
+
+    def type(self, text: str) -> None:
+        """Write into the field that has the focus, in place of what it has."""
+        chain = ActionChains(self.window).key_down(Keys.CONTROL).send_keys("a").key_up(Keys.CONTROL)
+        chain.send_keys(text).perform()
+        self.fields += 1
 
     def tab_to(self, label: str, within: str = "") -> None:
         """Press Tab until the focus is on what is called so, inside an element that a selector names."""

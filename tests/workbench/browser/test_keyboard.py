@@ -15,7 +15,9 @@ from tests.workbench.browser.waiting import TEXT, chord, keys, until, wait_for
 pytestmark = pytest.mark.slow
 
 FOCUS = "return document.activeElement"
-VIEW = "return [...document.querySelectorAll('div')].find((item) => item[arguments[0]] && item.clientWidth)[arguments[0]]"
+VIEW = (
+    "return [...document.querySelectorAll('div')].find((item) => item[arguments[0]] && item.clientWidth)[arguments[0]]"
+)
 MENUS = (
     "Image processing", "Observer", "Simulator", "Demonstrator", "Utilities", "Assess", "Live", "Echogram", "Missions",
 )  # fmt: skip
@@ -103,7 +105,6 @@ def test_an_object_is_marked_in_the_observers_plan(hand: Hand) -> None:
     walk(window, "planView", "view.toCanvas(view.all().filter((each) => each.id && each.at).pop().at)")
     wanted = of(window, "planView", ".all().filter((each) => each.id && each.at).pop().id")
     keys(window, Keys.ENTER)
-    wait_for(window, f"mark obstacle {wanted}" if False else "Lives")
     until(lambda: f"track {wanted}" in str(of(window, "timeView", ".now.title")))
 
 
@@ -159,7 +160,7 @@ def test_a_setting_is_swept(hand: Hand) -> None:
     keys(hand.window, Keys.ARROW_DOWN, Keys.ENTER)
     hand.tab_to("Sweep")
     keys(hand.window, Keys.ENTER)
-    wait_for(hand.window, "detect.two_level: high level: 9 values")
+    wait_for(hand.window, "detect.two_level: high level: 8 values")
 
 
 def test_a_ping_is_chosen_in_the_echogram(hand: Hand) -> None:
@@ -226,5 +227,6 @@ def test_the_focus_is_seen(hand: Hand) -> None:
 
 
 def shown(window: webdriver.Chrome) -> Any:
-    until(lambda: not window.execute_script("return document.getAnimations().some((each) => each.playState === 'running')"))
+    moves = "return document.getAnimations().some((each) => each.playState === 'running')"
+    until(lambda: not window.execute_script(moves))
     return np.asarray(Image.open(io.BytesIO(window.get_screenshot_as_png())).convert("L"), np.int16)

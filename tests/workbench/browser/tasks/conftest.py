@@ -1,5 +1,6 @@
 """A workbench that was started in a folder with a short scene and without data, and a hand that is new to it."""
 
+import os
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -26,6 +27,7 @@ def workbench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shared]:
 
 @pytest.fixture
 def hand(workbench: Shared) -> Hand:
+    Path(os.environ["ODS_DATA_DIR"], "ods", "recent.json").unlink(missing_ok=True)  # nothing was ever opened
     return Hand(untouched(workbench))
 
 
