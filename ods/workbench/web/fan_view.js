@@ -13,7 +13,7 @@ const KINDS = {
   missed: { colour: "#ffffff", label: "missed", sign: "?", dash: [4, 3] },
   only_a: { colour: "#ff9d2e", label: "only A", sign: "A", dash: [9, 4] },
   only_b: { colour: "#37b6ff", label: "only B", sign: "B", dash: [2, 3], corners: 4 },
-  truth: { colour: "#ffffff", label: "truth", dash: [4, 3] },
+  truth: { colour: "#ffffff", label: "true object", dash: [4, 3] },
   track: { colour: "#ff6ad5", label: "track" },
 };
 const DIM = 0.35; // of what attention skips
@@ -517,7 +517,7 @@ export default {
     legend() {
       const counts = {};
       for (const [, , , kind] of this.frame.circles) counts[kind] = (counts[kind] || 0) + 1;
-      const kinds = Object.entries(counts).map(([kind, count]) => `${KINDS[kind].sign || ""} ${count} ${KINDS[kind].label}${count > 1 && kind === "detection" ? "s" : ""}`.trim());
+      const kinds = Object.entries(counts).map(([kind, count]) => `${KINDS[kind].sign || ""} ${count} ${KINDS[kind].label}${count > 1 && ["detection", "truth"].includes(kind) ? "s" : ""}`.trim());
       const levels = this.frame.thresholds_db.map(([name, level]) => `${name} ${level.toFixed(1)} dB`);
       return [...kinds, ...levels].join("   ");
     },
