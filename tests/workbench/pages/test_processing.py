@@ -259,22 +259,33 @@ async def test_what_a_stage_complains_of_is_one_line_and_the_page_goes_on(user: 
 
 async def test_keys_go_from_ping_to_ping_and_play(user: User, session: Session) -> None:
     await user.should_see("ping 0 of 3", retries=5000)
-
-    def press(key: str, *, shift: bool = False) -> None:
-        pressed = {"action": "keydown", "repeat": False, "altKey": False, "ctrlKey": False, "metaKey": False}
-        arguments = {**pressed, "shiftKey": shift, "key": key, "code": key, "location": 0}
-        user.find(kind=ui.keyboard).trigger("key", arguments)
-
-    press("ArrowRight")
+    press(user, "ArrowRight")
     assert session.state.ping == 1
-    press("ArrowRight", shift=True)
+    press(user, "ArrowRight", shift=True)
     assert session.state.ping == 2
-    press("ArrowLeft", shift=True)
+    press(user, "ArrowLeft", shift=True)
     assert session.state.ping == 0
     widget(user, "speed").set_value(20.0)
-    press(" ")
+    press(user, " ")
     await until(lambda: session.state.ping > 0)
-    press(" ")
+    press(user, " ")
+
+
+def press(user: User, key: str, *, shift: bool = False) -> None:
+    pressed = {"action": "keydown", "repeat": False, "altKey": False, "ctrlKey": False, "metaKey": False}
+    arguments = {**pressed, "shiftKey": shift, "key": key, "code": key, "location": 0}
+    user.find(kind=ui.keyboard).trigger("key", arguments)
+
+
+async def test_n_goes_from_mark_to_mark(user: User, session: Session) -> None:
+    await user.should_see(marker="mark gap 2", retries=5000)
+    session.do(SetBookmark(1, "echo"))
+    await user.should_see(marker="mark bookmark 1", retries=5000)
+    for expected in (1, 2, 2):  # the last stays
+        press(user, "n")
+        assert session.state.ping == expected
+    press(user, "N", shift=True)
+    assert session.state.ping == 1
 
 
 async def test_marks_of_the_timeline_go_to_their_pings(user: User, session: Session) -> None:
