@@ -40,7 +40,8 @@ return null;
 HAS_FOCUS = """
 const [label, within] = arguments, item = document.activeElement;
 if (within && !item.closest(within)) return false;
-const words = item.innerText?.split("\\n").map((line) => line.trim()) ?? [];
+const isPressed = item.matches("button, [role=button], [role=tab], [role=checkbox], [role=switch], .q-item");
+const words = isPressed ? item.innerText.split("\\n").map((line) => line.trim()) : [];
 const field = item.closest(".q-field")?.querySelector(".q-field__label");
 const named = item.closest("[aria-label]")?.ariaLabel ?? field?.innerText;
 return named === label || named?.startsWith(`${label}:`) || words.includes(label);
