@@ -8,6 +8,7 @@ A bench runs for the menu Live: a minute or two in all. `--only observer live` t
 
 import argparse
 import io
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -24,7 +25,8 @@ from tests.workbench.browser.waiting import TEXT, keys, resized, until
 from tests.workbench.chromium import chromium
 from tests.workbench.serving import PROJECT, serving
 
-SCENES = PROJECT / "config" / "scenes"
+FOLDER = Path(tempfile.gettempdir(), "survey")
+"""That the workbench is started in: it is seen in pictures."""
 RUN_DIR = "/tmp/ods-bench"
 """Of config/bench.toml."""
 SETTLE_S = 3.0
@@ -106,18 +108,19 @@ def main() -> None:
     args = parser.parse_args()
     width, height = (int(pixels) for pixels in args.size.split("x"))
     args.folder.mkdir(parents=True, exist_ok=True)
+    shutil.copytree(PROJECT / "config", FOLDER / "config", dirs_exist_ok=True)
     with tempfile.TemporaryDirectory() as name, chromium(Path(name) / "profile", logged=False) as window:
         resized(window, width, height)
         for picture in args.only:
             place = args.folder / f"workbench-{picture}.png"
-            _save(_taken(window, picture, Path(name) / "ods"), place)
+            _save(_taken(window, picture), place)
             print(place, flush=True)
+    shutil.rmtree(FOLDER)
 
 
-def _taken(window: webdriver.Chrome, picture: str, folder: Path) -> bytes:
+def _taken(window: webdriver.Chrome, picture: str) -> bytes:
     menu, scene, prepare = PICTURES[picture]
-    folder.mkdir(exist_ok=True)
-    with _data(scene, folder) as words, serving(*words, folder=folder) as server:
+    with _data(scene) as words, serving(*words, "--config", "config/onboard.toml", folder=FOLDER) as server:
         window.execute_cdp_cmd("Network.clearBrowserCookies", {})
         window.get(server.link)
         hand = Hand(window)
@@ -128,12 +131,12 @@ def _taken(window: webdriver.Chrome, picture: str, folder: Path) -> bytes:
 
 
 @contextmanager
-def _data(scene: str, folder: Path) -> Iterator[tuple[str, ...]]:
+def _data(scene: str) -> Iterator[tuple[str, ...]]:
     """Yield what the workbench is started with."""
     if scene:
-        yield (str(SCENES / scene),)
+        yield (f"config/scenes/{scene}",)
         return
-    words = "-m", "ods", "bench", "--seconds", str(BENCH_S), "--out", str(folder / "bench")
+    words = "-m", "ods", "bench", "--seconds", str(BENCH_S), "--out", str(FOLDER / "bench")
     bench = subprocess.Popen(
         [sys.executable, *words], cwd=PROJECT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
@@ -145,9 +148,9 @@ def _data(scene: str, folder: Path) -> Iterator[tuple[str, ...]]:
 
 
 def _save(content: bytes, place: Path) -> None:
-    """Write a picture with 256 colours, which a third of the bytes are enough for."""
+    """Write a picture, as small as it goes without another colour."""
     with Image.open(io.BytesIO(content)) as picture:
-        picture.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(place, optimize=True)
+        picture.convert("RGB").save(place, optimize=True)
 
 
 if __name__ == "__main__":
