@@ -20,6 +20,7 @@ from pathlib import Path
 from PIL import Image
 from selenium import webdriver
 
+from tests.workbench.browser import waiting
 from tests.workbench.browser.hand import Hand
 from tests.workbench.browser.waiting import TEXT, keys, resized, until
 from tests.workbench.chromium import chromium
@@ -108,6 +109,7 @@ def main() -> None:
     args = parser.parse_args()
     width, height = (int(pixels) for pixels in args.size.split("x"))
     args.folder.mkdir(parents=True, exist_ok=True)
+    waiting.LONGEST_S = 300.0  # a mission, on a computer with other work
     shutil.copytree(PROJECT / "config", FOLDER / "config", dirs_exist_ok=True)
     with tempfile.TemporaryDirectory() as name, chromium(Path(name) / "profile", logged=False) as window:
         resized(window, width, height)

@@ -15,9 +15,8 @@ from tests.workbench.browser.waiting import TEXT, chord, keys, until, wait_for
 pytestmark = pytest.mark.slow
 
 FOCUS = "return document.activeElement"
-VIEW = (
-    "return [...document.querySelectorAll('div')].find((item) => item[arguments[0]] && item.clientWidth)?.[arguments[0]]"
-)
+SHOWN = "[...document.querySelectorAll('div')].find((item) => item[arguments[0]] && item.clientWidth)"
+VIEW = f"return {SHOWN}?.[arguments[0]]"
 IN_DIALOG = "return document.activeElement.matches('body, .q-dialog, .q-dialog *')"
 MENUS = (
     "Image processing", "Observer", "Simulator", "Demonstrator", "Utilities", "Assess", "Live", "Echogram", "Missions",
@@ -40,11 +39,9 @@ def ping(window: webdriver.Chrome) -> int:
 
 def walk(window: webdriver.Chrome, kind: str, place: str) -> None:
     """Move the cross of the view that has the focus, from its middle, to a place: "[x, y]", an expression of `view`."""
-    by = f"const view = arguments[1], at = {place}; const canvas = view.$refs.over ?? view.$refs.canvas;"
-    by += "return [at[0] - Math.round(canvas.clientWidth / 2), at[1] - Math.round(canvas.clientHeight / 2)]"
-    found = window.execute_script(
-        f"const found = {VIEW.removeprefix('return ')}; return (function () {{ {by} }})(arguments[0], found)", kind
-    )
+    words = f"const view = {SHOWN}[arguments[0]], canvas = view.$refs.over ?? view.$refs.canvas, at = {place};"
+    words += "return [at[0] - Math.round(canvas.clientWidth / 2), at[1] - Math.round(canvas.clientHeight / 2)]"
+    found = window.execute_script(words, kind)
     for away, (back, on) in zip(
         found, ((Keys.ARROW_LEFT, Keys.ARROW_RIGHT), (Keys.ARROW_UP, Keys.ARROW_DOWN)), strict=True
     ):

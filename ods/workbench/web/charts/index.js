@@ -13,6 +13,7 @@ const ROLES = {
   uncertainty: { colours: ["#1fc79a", "#00795a"], label: "two standard deviations" },
   prediction: { colours: ["#b6a4ff", "#6a4fc9"], label: "predicted", dash: [2, 3] },
   approach: { colours: ["#ff6b6b", "#c1121f"], label: "closest approach" },
+  goal: { colours: ["#ff6b6b", "#c1121f"], label: "goal" },
   sector: { colours: ["#56b4e9", "#0072b2"], label: "sonar's sector", area: true },
   object: { colours: ["#f0b429", "#a86a00"], label: "object", width: 2 },
   path: { colours: ["#b6a4ff", "#6a4fc9"], label: "path" },
