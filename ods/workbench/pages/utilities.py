@@ -11,7 +11,7 @@ from ods.workbench.engine import printing
 from ods.workbench.engine.background.own_process import in_own_process, whole
 from ods.workbench.engine.echogram.layers import Layers, layers_of
 from ods.workbench.engine.files import presets
-from ods.workbench.engine.files.config_file import saving, write_config
+from ods.workbench.engine.files.config_file import for_folder, saving, write_config
 from ods.workbench.engine.files.folders import readable
 from ods.workbench.engine.files.macro_run import write_macro
 from ods.workbench.engine.mission.rerun import wanted
@@ -48,7 +48,10 @@ def _save(session: Session) -> None:
         note.set_text(f"{'1 setting differs' if count == 1 else f'{count} settings differ'} from {session.loaded.path}")
 
     def save(place: Path) -> None:
-        write_config(saving(session.loaded, session.state.tuning).text, place, [place.parent])
+        text = saving(session.loaded, session.state.tuning).text
+        if any(place.is_relative_to(folder) for folder in session.folders):  # else it goes to another computer
+            text = for_folder(text, session.loaded, place.parent)
+        write_config(text, place, [place.parent])
 
     def load() -> None:
         session.load(readable(name.value, session.folders))
