@@ -24,7 +24,7 @@ from ods.sim_sonar.steered import Steered, at_start
 
 def run(args: Namespace) -> int:
     """Run the bench; return 1 when a limit is broken and a busy computer does not explain it. Raises OdsError."""
-    settings = _overridden(load(args.config, BenchConfig), args.seconds, args.out, args.record)
+    settings = _overridden(load(args.config, BenchConfig), args)
     with MachineProbe() as probe:
         record = fly_mission(settings)
         machine = probe.result()
@@ -59,12 +59,12 @@ def steered_mission(settings: BenchConfig) -> Mission | None:
     )
 
 
-def _overridden(settings: BenchConfig, seconds: float | None, out: Path | None, record: Path | None) -> BenchConfig:
-    changes: dict[str, Any] = {}
-    if seconds is not None:
-        changes["seconds"] = seconds
-    if out is not None:
-        changes["out"] = out.resolve()
-    if record is not None:
-        changes["record"] = record.resolve()
+def _overridden(settings: BenchConfig, args: Namespace) -> BenchConfig:
+    """Return the settings with what the command line has in their place."""
+    given: dict[str, Path | None] = {"onboard": args.onboard, "out": args.out, "record": args.record}
+    changes: dict[str, Any] = {name: path.resolve() for name, path in given.items() if path is not None}
+    if args.seconds is not None:
+        changes["seconds"] = args.seconds
+    if args.scene is not None:
+        changes["sim"] = msgspec.structs.replace(settings.sim, scene=args.scene.resolve())
     return msgspec.structs.replace(settings, **changes)

@@ -5,9 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ods.assess.detection.own import configured
 from ods.assess.track.scene_world import world_of
 from ods.base.errors import OdsError
 from ods.cli import main
+from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sonar_link.files.npz_writer import write_ping_file
 from tests.pipeline.pings import make_ping
@@ -41,6 +43,18 @@ def test_settings_are_judged_on_labelled_frames_and_the_configured_chain_is_one(
     (row,) = [line for line in text.splitlines() if " configured " in line]
     assert [cell.strip() for cell in row.split("│")[3:-1]] == ["1.000", "", "", "1.000", "0.0"]
     assert text.count(" no filter, ") == 3
+
+
+@pytest.mark.parametrize(
+    ("detector", "swept"),
+    [({"use": "detect.two_level", "min_cells": 9}, "high"), ({"use": "detect.cfar"}, "rate"),
+     ({"use": "detect.cfar", "method": "os"}, "rate"), ({"use": "detect.one_level"}, "level")],
+)  # fmt: skip
+def test_a_chain_s_threshold_is_swept_whatever_else_it_sets(detector: dict[str, object], swept: str) -> None:
+    setting = configured(PipelineSettings(stage=({"use": "filter.box"}, detector)))
+    last = [each.chain()[-1] for each in setting.settings]
+    assert len({stage[swept] for stage in last}) == len(last) >= 3
+    assert all(detector.items() <= stage.items() for stage in last)
 
 
 @pytest.mark.parametrize(

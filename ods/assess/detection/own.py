@@ -71,9 +71,13 @@ def scene_images(file: Path, sonar: SonarModel) -> Iterator[LabelledImage]:
 def configured(settings: PipelineSettings) -> Setting:
     """Return the user's chain with the sweep of its detector's threshold, where that is one of DETECTORS."""
     *filters, last = settings.chain()
-    sweep = next(
-        (each.sweep for each in DETECTORS.values() if each.stage.items() <= ({"method": "ca"} | last).items()), ({},)
+    kind = {"method": "ca"} | last
+    same = (
+        each.sweep
+        for each in DETECTORS.values()
+        if all(kind.get(name) == value for name, value in each.stage.items() if name in ("use", "method"))
     )
+    sweep = next(same, ({},))
     return setting_of(CONFIGURED, tuple(filters), Detector(last, sweep), settings.attention, settings)
 
 

@@ -19,6 +19,7 @@ from ods.sim_sonar.sonar.settings import SonarFile
 from ods.workbench.engine.background.own_process import GoesOn
 from ods.workbench.model.chain.numbers import written
 from ods.workbench.model.state import State, Tuning
+from ods.workbench.model.words import called
 
 SONAR = "sonars/seabat6012.toml"
 """That the images are of."""
@@ -110,7 +111,12 @@ def numbers_of(tuning: Tuning) -> list[Numeric]:
     for place, stage in enumerate(configured_stages(written(tuning, spacing_m()).config.pipeline)):
         settings = msgspec.structs.asdict(stage.params)
         found.append([
-            Numeric(f"pipeline.stage[{place}].{name}", f"{stage.name} {name}", float(value), isinstance(value, int))
+            Numeric(f"pipeline.stage[{place}].{name}", _label(stage.name, name), float(value), isinstance(value, int))
             for name, value in settings.items() if isinstance(value, int | float) and not isinstance(value, bool)
         ])  # fmt: skip
     return [each for stage in reversed(found) for each in stage]
+
+
+def _label(stage: str, setting: str) -> str:
+    name, unit = called(setting)
+    return f"{stage}: {name}{unit and f', {unit}'}"

@@ -24,6 +24,7 @@ from ods.sonar_link.files.opening import open_pings
 from ods.workbench.engine.files.folders import readable
 from ods.workbench.model.state import DataReference
 
+NONE_OPEN = "no data are open: open a recording or a scene (O), or an example in the menu Demonstrator"
 KEPT_BYTES = 16 << 20
 """Of samples of the last pings, which are kept: going back is at once."""
 LONGEST_S = 86_400.0
@@ -129,7 +130,7 @@ def open_data(reference: DataReference, scene: SceneFile | None, folders: Sequen
             return _simulated(reference, scene, folders)
         case "file":
             return _from_file(reference, readable(reference.path, folders))
-    raise DataError("no data are open" if reference.kind == "none" else f"{reference.kind}: has no pings to go back to")
+    raise DataError(NONE_OPEN if reference.kind == "none" else f"{reference.kind}: has no pings to go back to")
 
 
 def _simulated(reference: DataReference, scene: SceneFile | None, folders: Sequence[Path]) -> Data:

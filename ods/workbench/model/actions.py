@@ -76,6 +76,10 @@ class KeepAsB(Action, frozen=True, tag="keep_as_b"):
     """Keep today's configuration, so that what comes is compared with it."""
 
 
+class KeepAsNext(Action, frozen=True, tag="keep_as_next"):
+    """Keep today's configuration as C, or D, for the range profile; with both there, D is replaced."""
+
+
 class SwapAB(Action, frozen=True, tag="swap"):
     """Exchange A and B."""
 
@@ -186,7 +190,7 @@ class RemoveWaypoint(Action, frozen=True, tag="remove_waypoint"):
 
 Step = (
     SetSetting | AddStage | RemoveStage | MoveStage | BypassStage | WriteNumbers | SetTuning | SetState | KeepAsB
-    | SwapAB | DropB | OpenData | ShowBeside | ShowPing | SetView | SetBookmark | AddLabel | RemoveLabel | SetLabels
-    | SetScene | AddObject | CopyObject | RemoveObject | AddWaypoint | RemoveWaypoint
+    | KeepAsNext | SwapAB | DropB | OpenData | ShowBeside | ShowPing | SetView | SetBookmark | AddLabel | RemoveLabel
+    | SetLabels | SetScene | AddObject | CopyObject | RemoveObject | AddWaypoint | RemoveWaypoint
 )  # fmt: skip
 """Any action; messages and macros are decoded as this."""

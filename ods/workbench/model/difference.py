@@ -1,5 +1,6 @@
 """In what two configurations differ, setting by setting; and a configuration's file with just that changed in it."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import tomlkit
@@ -70,6 +71,21 @@ def changed_text(text: str, changes: list[Difference]) -> str:
     for change in changes:
         keys = (*MOVED.get(str(change.keys[0]), change.keys[:1]), *change.keys[1:])
         _change(document, keys, change.after)
+    return tomlkit.dumps(document)
+
+
+def with_texts(text: str, other: Callable[[str], str]) -> str:
+    """Return a TOML text, which is valid, with some of its texts changed. other: gets one, returns what it becomes."""
+    document = tomlkit.parse(text)
+
+    def change(table: Any) -> None:
+        for key, value in table.items() if isinstance(table, dict) else enumerate(table):
+            if isinstance(value, dict | list):
+                change(value)
+            elif isinstance(value, str) and (changed := other(value)) != value:
+                table[key] = changed
+
+    change(document)
     return tomlkit.dumps(document)
 
 

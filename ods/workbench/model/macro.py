@@ -59,6 +59,7 @@ def _commands(state: State) -> str:
     if data.kind == "scene":
         sonar = shlex.quote(data.sonar)
         lines.append(f"ods track {SCENE} --sonar {sonar} --config {CONFIG} --json > {OBSTACLES}")
+        lines.append(f"# with the real processes: ods bench --scene {SCENE} --onboard {CONFIG} --out bench")
     elif data.kind == "file":
         file = shlex.quote(data.path)
         lines.append(f"ods detect {file} --config {CONFIG} --json > {DETECTIONS}")

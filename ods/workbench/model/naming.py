@@ -114,6 +114,7 @@ _NAMES: dict[type[do.Action], Callable[[Any, State], str]] = {
     do.SetTuning: lambda a, _: a.name,
     do.SetState: lambda a, _: a.name,
     do.KeepAsB: lambda _, __: "keep as B",
+    do.KeepAsNext: lambda _, before: f"keep as {'D' if before.further else 'C'}",
     do.SwapAB: lambda _, __: "swap A and B",
     do.DropB: lambda _, __: "drop B",
     do.OpenData: lambda a, _: f"open {a.data.path or a.data.kind}",

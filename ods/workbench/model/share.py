@@ -55,4 +55,5 @@ def _with_trusted_files(state: State, trusted: State) -> State:
         tracker = replace(tuning.config.tracker, plugins=own.tracker.plugins, map=own.tracker.map)
         return replace(tuning, config=replace(tuning.config, pipeline=pipeline, tracker=tracker))
 
-    return replace(state, tuning=mended(state.tuning), other=state.other and mended(state.other))
+    further = tuple(map(mended, state.further))
+    return replace(state, tuning=mended(state.tuning), other=state.other and mended(state.other), further=further)

@@ -128,6 +128,8 @@ class State(Settings, frozen=True):
     """A."""
     other: Tuning | None = None
     """B of A/B; none: nothing is compared."""
+    further: Annotated[tuple[Tuning, ...], msgspec.Meta(max_length=2)] = ()
+    """C and D, whose range profiles are shown beside those of A and B."""
     view: View = View()
     data: DataReference = DataReference()
     scene: SceneFile | None = None

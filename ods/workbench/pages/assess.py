@@ -91,6 +91,7 @@ class _ChainsCard:
     def _ask(self, before: State | None, after: State) -> None:
         wanted = _chains(after)
         if before is None or wanted != _chains(before):
+            self._work.share(0.0, "measuring ...")
             self._newest.ask(wanted)
 
     def _measure(self, chains: Chains) -> Measured | None:
@@ -151,9 +152,9 @@ class _SweepCard:
         self._numbers: dict[str, Numeric] = {}
         with ui.row().classes("w-full items-end no-wrap"):
             self._chosen = ui.select({}, label="setting", with_input=True).classes("grow").mark("swept setting")
-            self._low, self._high = ui.number("from").classes("w-24"), ui.number("to").classes("w-24")
-            self._count = ui.number("values", value=9, min=2, max=40, precision=0).classes("w-20")
-            self._factors = ui.switch("by factors").tooltip("even steps of the logarithm")
+            self._low, self._high = ui.number("from").classes("w-16"), ui.number("to").classes("w-16")
+            self._count = ui.number("values", value=9, min=2, max=40, precision=0).classes("w-14")
+            self._factors = ui.switch("by factors").classes("whitespace-nowrap").tooltip("even steps of the logarithm")
             ui.button("Sweep", on_click=self._ask).props("dense no-caps").mark("sweep")
         self._work = _Background()
         self._chart = ChartView(height="26rem").mark("sweep chart")
@@ -184,6 +185,7 @@ class _SweepCard:
             return
         count = min(40, max(2, int(self._count.value or 2)))
         values = even_values(low, high, count, by_factors=self._factors.value, whole=number.whole)
+        self._work.share(0.0, f"{number.label}: measuring ...")
         self._newest.ask(Sweep(self._session.state, number, values))
 
     def _sweep(self, sweep: Sweep) -> list[SweepPoint] | None:

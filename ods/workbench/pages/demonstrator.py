@@ -109,4 +109,4 @@ class _Card:
     def _open(self) -> None:
         base = State(tuning=self._base.tuning, view=self._session.state.view, scene=self._session.state.scene)
         self._session.do(SetState(self._exhibit.state(base), f"gallery: {self._exhibit.title}"))
-        ui.notify(f"{self._exhibit.title}: open in all menus")
+        ui.notify(f"{self._exhibit.title}: open in all menus, as Image processing and Observer")

@@ -19,6 +19,7 @@ from ods.workbench.model.actions import SetView, ShowPing
 from ods.workbench.model.state import EchogramLayer, State, View
 from ods.workbench.pages.observer import TRACKED, tracking_progress
 from ods.workbench.pages.parts.reruns import rerun_of
+from ods.workbench.pages.parts.tips import tip
 from ods.workbench.session import Session
 from ods.workbench.web.echogram_view import EchogramPicture, EchogramView, picture_of
 from ods.workbench.web.follow import follow, in_loop
@@ -99,7 +100,7 @@ class _Page:
             self._scale = ui.range(min=-20, max=60, step=1, on_change=self._set_scale).props("dense label")
             self._scale.classes("w-28").tooltip("colour scale, dB over the echogram's median")
             self._palette = ui.select(list(PALETTES), on_change=lambda event: self._set("palette", event.value))
-            self._palette.props("dense options-dense borderless").tooltip("colours of all images")
+            tip(self._palette.props("dense options-dense borderless"), "colours of all images")
             ui.space()
             self._status = ui.label().classes("text-sm opacity-80").mark("echogram-status")
         self._view = EchogramView(self._session, self, VIEW, height=HEIGHT)
@@ -202,7 +203,7 @@ class _Page:
             words.append(f"no detections and tracks: {self._rerun.error}")
         elif tracks_are_old:
             words.append(tracking_progress(self._rerun.progress))
-        return "; ".join(words)
+        return "; ".join(dict.fromkeys(words))
 
     def _failed(self, _: _Wish, error: Exception) -> None:
         in_loop(self._view, partial(self._status.set_text, f"no layers: {one_line(error)}"))

@@ -18,6 +18,7 @@ from ods.workbench.model.actions import SetView
 from ods.workbench.model.state import DataReference
 from ods.workbench.pages.parts import shared_link
 from ods.workbench.pages.parts.open_dialog import OpenDialog
+from ods.workbench.pages.parts.tips import tip
 from ods.workbench.session import Session
 from ods.workbench.web.follow import PICTURE_FIRST_S, follow, in_loop
 
@@ -52,6 +53,10 @@ KEYS = (
     ("D", "dark or light"),
     ("1 ... 9", "menus"),
     ("?", "these keys"),
+    ("V, Shift V", "focus on the next picture, plan or chart, on the one before"),
+    ("arrows, with Shift", "there: move the cross, faster"),
+    ("Enter, space", "there: click at the cross; take hold of what can be dragged, and let go"),
+    ("+, -, 0", "there: zoom in, out, show all"),
     ("wheel, drag, double click", "in an image: zoom, pan, the whole image again"),
     ("wheel, drag, double click", "in a chart: zoom, zoom into a box, all of it again"),
     ("click", "in an image: pin its beam"),
@@ -94,7 +99,9 @@ def build(session: Session) -> None:
     with ui.header().classes("items-center gap-1 px-3 py-0").style("background: #161b22; color: #e6edf3"):
         ui.label("ODS workbench").classes("text-base font-medium")
         opens = OpenDialog(session)
-        _icon("folder_open", "open a recording or a scene (O)", opens.open).mark("open")
+        opening = _icon("folder_open", "open a recording or a scene (O)", opens.open).mark("open")
+        opening.set_text("Open")
+        opening.props(remove="round").props("no-caps")
         _data_name(session)
         ui.space()
         _undo_and_redo(session)
@@ -126,8 +133,8 @@ class _Place(ui.column):
         pass
 
 
-def _icon(icon: str, tip: str, clicked: Callable[[], object]) -> Button:
-    return ui.button(icon=icon, on_click=lambda: clicked()).props("flat round dense color=white").tooltip(tip)
+def _icon(icon: str, does: str, clicked: Callable[[], object]) -> Button:
+    return tip(ui.button(icon=icon, on_click=lambda: clicked()).props("flat round dense color=white"), does)
 
 
 def _tell(error: Exception) -> None:
@@ -178,10 +185,10 @@ def _undo_and_redo(session: Session) -> None:
     show()
 
 
-def _step_button(icon: str, tip: str, clicked: Callable[[], None]) -> Button:
+def _step_button(icon: str, does: str, clicked: Callable[[], None]) -> Button:
     button = ui.button(icon=icon, on_click=lambda: clicked())
-    button.props("flat dense no-caps no-wrap color=white").tooltip(tip)  # a header that grew would move the page
-    return button
+    button.props("flat dense no-caps no-wrap color=white")  # a header that grew would move the page
+    return tip(button, does)
 
 
 class _Menus:

@@ -40,7 +40,7 @@ class _Missions:
                     self._stop.set_visibility(False)
                 self._bar = ui.linear_progress(value=0.0, show_value=False).props("instant-feedback")
                 self._bar.set_visibility(False)
-                self._plan = PlanView(title="way, obstacles and the last list", height="65vh")
+                self._plan = PlanView(title="way, obstacles and the last list", height="calc(100vh - 9.5rem)")
         self._bar.client.on_delete(self._ends.set)
 
     def _build_opening(self) -> None:
@@ -111,5 +111,5 @@ def shapes_of(voyage: Voyage) -> list[Shape]:
     drawn: list[Shape] = [shapes.Line([a, b], "path", dashed=True) for a, b in voyage.paths]
     drawn += [shapes.Circle(place, radius, "object") for place, radius in voyage.obstacles]
     drawn += [shapes.Circle(place, radius, "active", dashed=True) for place, radius in voyage.listed]
-    drawn += [shapes.Line(voyage.way, "vehicle"), shapes.Mark(voyage.goal, "approach", label="goal")]
+    drawn += [shapes.Line(voyage.way, "vehicle"), shapes.Mark(voyage.goal, "goal", label="goal")]
     return drawn

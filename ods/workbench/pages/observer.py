@@ -78,7 +78,7 @@ class _Observer:
             with ui.element("div").classes("ml-auto"):
                 ui.tooltip("").bind_text_from(self, "scene_tip")
                 self._to_scene = ui.button("3-D", icon="view_in_ar", on_click=self._scene.open)
-                self._to_scene.props("dense flat no-caps").mark("3-D").set_enabled(False)
+                self._to_scene.props("dense flat no-caps no-wrap").mark("3-D").set_enabled(False)
         with ui.row().classes("w-full no-wrap gap-2"):
             with ui.element("div").classes("grow min-w-0").style("flex-basis: 46%"):
                 self._plan = PlanView(title="Plan", height=HEIGHT)

@@ -19,6 +19,7 @@ from ods.workbench.model.state import Beside, State, View
 from ods.workbench.pages.parts.folding import folds, tool_bar
 from ods.workbench.pages.parts.open_dialog import OpenDialog
 from ods.workbench.pages.parts.timeline import Timeline
+from ods.workbench.pages.parts.tips import tip
 from ods.workbench.pages.ping.charts import CostBars, Histogram, Profile
 from ods.workbench.pages.ping.labelling import Labelling
 from ods.workbench.pages.ping.pictures import BESIDE, MAIN, OTHER, compares, counts_of, frames_of, title_of
@@ -35,6 +36,7 @@ KEYS = (
     ("L", "image processing: draw labels in a recording, and no more"),
     ("space", "image processing: play, and stop"),
     ("arrows, with Shift", "image processing: a ping back or on, ten"),
+    ("N, Shift N", "image processing: to the next mark of the timeline, to the one before"),
 )
 PALETTES = get_args(get_type_hints(View)["palette"])
 PICTURES = "processing-pictures"
@@ -117,16 +119,16 @@ class _Page:
         ui.label("colours, dB").classes("text-xs opacity-80")
         self._scale = ui.range(min=-40, max=80, step=1, value={"min": -5, "max": 30}, on_change=self._set_scale)
         self._scale.props("dense label").classes("w-28").tooltip("colour scale, dB over the image's median")
-        ui.select(list(PALETTES), on_change=lambda event: self._view("palette", event.value)).props(
-            "dense options-dense borderless"
-        ).bind_value_from(self, "palette").tooltip("colours of all images").mark("palette")
+        palette = ui.select(list(PALETTES), on_change=lambda event: self._view("palette", event.value))
+        palette.props("dense options-dense borderless").bind_value_from(self, "palette")
+        tip(palette, "colours of all images").mark("palette")
 
     def _build_size(self) -> None:
         self._large = ui.button(icon="open_in_full", on_click=self._toggle_large).props("dense flat")
-        self._large.tooltip("pictures fill the window (F)").mark("large")
+        tip(self._large, "pictures fill the window (F)").mark("large")
         label = ui.button(icon="draw", on_click=lambda: self._labelling.toggle()).props("dense flat")
-        label.tooltip("label what is to be found in a recording (L)").mark("label")
-        whole = ui.button(icon="fullscreen").props("dense flat").tooltip("full screen").mark("full screen")
+        tip(label, "label what is to be found in a recording (L)").mark("label")
+        whole = tip(ui.button(icon="fullscreen").props("dense flat"), "full screen").mark("full screen")
         whole.on("click", js_handler=f"() => document.getElementById('{PICTURES}').requestFullscreen()")
 
     def _build_charts(self) -> None:
@@ -142,7 +144,12 @@ class _Page:
         ui.button("keep as B", on_click=lambda: self._session.do(do.KeepAsB())).props(button).mark("keep as B")
         with folds("compare", "B: swap, drop, how it is compared", 900) as self._with_b:
             ui.button("swap", on_click=lambda: self._session.do(do.SwapAB())).props(button).mark("swap")
-            ui.button("drop B", on_click=lambda: self._session.do(do.DropB())).props(button).mark("drop B")
+            drop = ui.button("drop B", on_click=lambda: self._session.do(do.DropB())).props(button).mark("drop B")
+            drop.tooltip("with C and D")
+            self._next = ui.button("keep as C", on_click=lambda: self._session.do(do.KeepAsNext()))
+            self._next.props(button).mark("keep as next").tooltip(
+                "for the range profile: up to four chains on one beam"
+            )
             self._comparison = ui.toggle(
                 ["split", "blink", "difference"], on_change=lambda event: self._view("comparison", event.value)
             )
@@ -357,6 +364,7 @@ class _Page:
         self._scale.set_value({"min": view.lowest_db, "max": view.highest_db})
         self._comparison.set_value(view.comparison)
         self._with_b.set_visibility(state.other is not None)
+        self._next.set_text("keep as D" if state.further else "keep as C")
         self._second.set_visibility(compares(state) or view.compared_stage is not None or state.beside is not None)
         self._blinks.active = state.other is not None and view.comparison == "blink"
         if not self._blinks.active and self._main.view != MAIN:
@@ -366,7 +374,7 @@ class _Page:
 
 
 def _arranged(state: State) -> tuple[object, ...]:
-    return state.view, state.tuning, state.other, state.beside
+    return state.view, state.tuning, state.other, state.further, state.beside
 
 
 def _offer(choice: Select, options: dict[int, str], value: int) -> None:

@@ -11,7 +11,7 @@ from ods.workbench.engine import printing
 from ods.workbench.engine.background.own_process import in_own_process, whole
 from ods.workbench.engine.echogram.layers import Layers, layers_of
 from ods.workbench.engine.files import presets
-from ods.workbench.engine.files.config_file import saving, write_config
+from ods.workbench.engine.files.config_file import for_folder, saving, write_config
 from ods.workbench.engine.files.folders import readable
 from ods.workbench.engine.files.macro_run import write_macro
 from ods.workbench.engine.mission.rerun import wanted
@@ -21,6 +21,7 @@ from ods.workbench.model.state import State
 from ods.workbench.pages.echogram import echogram_of
 from ods.workbench.pages.parts import sending, shared_link
 from ods.workbench.pages.parts.reruns import rerun_of
+from ods.workbench.pages.parts.tips import tip
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
 
@@ -47,7 +48,10 @@ def _save(session: Session) -> None:
         note.set_text(f"{'1 setting differs' if count == 1 else f'{count} settings differ'} from {session.loaded.path}")
 
     def save(place: Path) -> None:
-        write_config(saving(session.loaded, session.state.tuning).text, place, [place.parent])
+        text = saving(session.loaded, session.state.tuning).text
+        if any(place.is_relative_to(folder) for folder in session.folders):  # else it goes to another computer
+            text = for_folder(text, session.loaded, place.parent)
+        write_config(text, place, [place.parent])
 
     def load() -> None:
         session.load(readable(name.value, session.folders))
@@ -56,6 +60,7 @@ def _save(session: Session) -> None:
     with ui.row():
         sending.buttons(session, "Save", lambda: name.value or "", save)
         ui.button("Load", on_click=load).props("dense no-caps outline").mark("load")
+    ui.label("On board: ods run --config FILE. On the bench: ods bench --onboard FILE.").classes("text-xs opacity-70")
     follow(session, shown, show)
     show()
 
@@ -192,7 +197,7 @@ def _bookmarks(session: Session) -> None:
                     ui.link(f"ping {mark.ping}: {mark.text}").on("click", partial(session.do, ShowPing(mark.ping)))
                     ui.space()
                     gone = ui.button(icon="close", on_click=partial(session.do, SetBookmark(mark.ping, "")))
-                    gone.props("flat round dense size=sm").tooltip("take the mark away")
+                    tip(gone.props("flat round dense size=sm"), "take the mark away")
 
     def mark() -> None:
         if not text.value:

@@ -3,6 +3,7 @@
 import { echarts } from "nicegui-echart";
 import { cornerButton, ink, onPaper, paper, saveAs, styleOf, watch, withPicture } from "ods-charts";
 import { followCursors, pointAt } from "ods-charts/cursors.js";
+import { withKeys } from "ods-charts/keys.js";
 import { csvOf, described, limitsOf, wholeOf } from "ods-charts/described.js";
 import { arranged, optionsOf } from "ods-charts/options.js";
 import { overlay } from "ods-charts/overlay.js";
@@ -43,6 +44,7 @@ export default {
       wheel: this.zoom, dblclick: this.showAll,
     };
     for (const [event, hear] of Object.entries(heard)) this.$refs.chart.addEventListener(event, hear, { passive: event !== "wheel" });
+    withKeys(this.$el, this.$refs.chart, name());
     this.draw();
     this.$emit("mounted"); // in a tab that was not shown nothing was heard
   },

@@ -2,6 +2,7 @@
 // tracks and true objects, and above them strips that say where images and lists were not to be trusted.
 import { gridInk, halo, ink, legend, legendOf, prepare, styleOf, ticks, watch, withPicture } from "ods-charts";
 import { joinLink, leaveLink, request } from "ods-charts/frames.js";
+import { withKeys } from "ods-charts/keys.js";
 import { drawScale, pack, paletteOf } from "ods-charts/palettes.js";
 
 const MARGIN = { left: 58, right: 74, top: 26, bottom: 62 };
@@ -37,6 +38,7 @@ export default {
     this.$el.echogramView = this;
     this.unwatch = watch(this.$el, () => this.redraw());
     withPicture(this.$el, () => this.now.title);
+    withKeys(this.$el, this.$refs.over, "echogram");
     const hear = {
       pointermove: (event) => this.move(event),
       pointerdown: (event) => this.press(event),

@@ -2,6 +2,7 @@
 import { ink, prepare, watch, withPicture } from "ods-charts";
 import { followCursors } from "ods-charts/cursors.js";
 import { joinLink, leaveLink, request } from "ods-charts/frames.js";
+import { withKeys } from "ods-charts/keys.js";
 import { drawScale } from "ods-charts/palettes.js";
 import { withRuler } from "ods-charts/ruler.js";
 import { fill } from "ods-fan/cells.js";
@@ -24,8 +25,7 @@ function measure(places) {
 export default {
   mixins: [pointing(measure)],
   template: `
-    <div style="position: relative; width: 100%; height: 100%; min-height: 160px; overflow: hidden; cursor: crosshair; outline: none"
-         tabindex="-1">
+    <div style="position: relative; width: 100%; height: 100%; min-height: 160px; overflow: hidden; cursor: crosshair">
       <canvas ref="image" style="position: absolute; image-rendering: pixelated"></canvas>
       <canvas ref="over" style="position: absolute; left: 0; top: 0; width: 100%; height: 100%"></canvas>
     </div>`,
@@ -47,6 +47,7 @@ export default {
     this.unwatch = watch(this.$el, () => this.redraw());
     this.unruled = withRuler(this.$el, () => measure(null));
     withPicture(this.$el, () => `${this.title} ${this.frame?.caption ?? ""}`);
+    withKeys(this.$el, this.$refs.over, "sonar image");
     this.unfollow = followCursors((pointed) => {
       this.pointed = pointed;
       this.drawOver();
@@ -225,7 +226,7 @@ export default {
     legend() {
       const counts = {};
       for (const [, , , kind] of this.frame.circles) counts[kind] = (counts[kind] || 0) + 1;
-      const kinds = Object.entries(counts).map(([kind, count]) => `${KINDS[kind].sign || ""} ${count} ${KINDS[kind].label}${count > 1 && kind === "detection" ? "s" : ""}`.trim());
+      const kinds = Object.entries(counts).map(([kind, count]) => `${KINDS[kind].sign || ""} ${count} ${KINDS[kind].label}${count > 1 && ["detection", "truth"].includes(kind) ? "s" : ""}`.trim());
       const levels = this.frame.thresholds_db.map(([name, level]) => `${name} ${level.toFixed(1)} dB`);
       return [...kinds, ...levels].join("   ");
     },

@@ -81,15 +81,18 @@ export default {
     box() {
       return this.inside({ ...MARGIN, bottom: MARGIN.bottom + this.legendHeight });
     },
-    // What is to be seen when all of it is: [lowest north, highest, lowest east, highest]; null: nothing is there.
+    // What is to be seen when all of it is: [lowest north, highest, lowest east, highest]; null: nothing is there. Of the
+    // sonar's sector only where there is nothing in it.
     extent() {
       const [north, east] = [[], []];
       const take = ([n, e], around = 0) => {
         north.push(n - around, n + around);
         east.push(e - around, e + around);
       };
-      for (const shape of this.all()) {
-        if (shape.points && shape.role !== "sector") shape.points.forEach((point) => take(point));
+      const shapes = this.all();
+      const isAlone = shapes.every((shape) => ["vehicle", "sector"].includes(shape.role) || shape.kind === "handle");
+      for (const shape of shapes) {
+        if (shape.points && (isAlone || shape.role !== "sector")) shape.points.forEach((point) => take(point));
         else if (shape.at && shape.kind !== "ellipse") take(shape.at, shape.radius_m || 0);
       }
       return north.length ? [Math.min(...north), Math.max(...north), Math.min(...east), Math.max(...east)] : null;

@@ -11,7 +11,7 @@ Place = tuple[float, float]
 """North and east, m."""
 Role = Literal[
     "vehicle", "truth", "tentative", "active", "stand_by", "hibernated", "terminated", "uncertainty", "prediction",
-    "approach", "sector", "object", "path", "veto",
+    "approach", "goal", "sector", "object", "path", "veto",
 ]  # fmt: skip
 """What a shape stands for; says its colour and its line in the legend."""
 

@@ -6,7 +6,7 @@ const LINE = "position: absolute; left: 0; top: 7px; height: 4px; border-radius:
 
 export default {
   template: `
-    <div role="slider" aria-label="ping" aria-valuemin="0"
+    <div role="slider" aria-label="ping" aria-valuemin="0" tabindex="0"
          style="position: relative; width: 100%; height: 18px; cursor: pointer; touch-action: none">
       <div style="${LINE}; right: 0; background: currentColor; opacity: 0.26"></div>
       <div ref="done" style="${LINE}; background: var(--q-primary)"></div>
@@ -20,7 +20,8 @@ export default {
     this.toldAt = -STEP_MS;
     this.timer = null;
     this.isHeld = false;
-    const hears = { pointerdown: this.press, pointermove: this.move, pointerup: this.release, pointercancel: this.release };
+    const hears = { pointerdown: this.press, pointermove: this.move, pointerup: this.release, pointercancel: this.release,
+      keydown: this.key };
     for (const [name, hear] of Object.entries(hears)) this.$el.addEventListener(name, hear);
     this.draw();
   },
@@ -36,6 +37,15 @@ export default {
       this.$refs.thumb.style.left = at;
       this.$el.setAttribute("aria-valuemax", last);
       this.$el.setAttribute("aria-valuenow", place);
+    },
+    // The first and the last ping; arrows are the page's.
+    key(event) {
+      const { key } = event;
+      if (key !== "Home" && key !== "End") return;
+      event.preventDefault();
+      this.now.place = key === "Home" ? 0 : this.now.last;
+      this.draw();
+      this.$emit("scrub", { place: this.now.place, held: false });
     },
     press(event) {
       if (event.button !== 0) return;

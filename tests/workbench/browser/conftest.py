@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,12 +28,16 @@ class Shared(NamedTuple):
 
 @pytest.fixture(scope="session")
 def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shared]:
+    with running(tmp_path_factory, str(SCENE)) as made:
+        yield made
+
+
+@contextmanager
+def running(folders: pytest.TempPathFactory, *words: str, folder: Path | None = None) -> Iterator[Shared]:
+    """Run a workbench and a browser. folder: that it is started in."""
     programs()
-    folder, downloads = tmp_path_factory.mktemp("work"), tmp_path_factory.mktemp("downloads")
-    with (
-        serving(str(SCENE), folder=folder) as server,
-        chromium(tmp_path_factory.mktemp("profile")) as window,
-    ):
+    folder, downloads = folder or folders.mktemp("work"), folders.mktemp("downloads")
+    with serving(*words, folder=folder) as server, chromium(folders.mktemp("profile")) as window:
         window.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(downloads)})
         yield Shared(server, window, [server.link], folder, downloads)
 
@@ -40,6 +45,11 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shared]:
 @pytest.fixture(scope="module")
 def window(shared: Shared) -> webdriver.Chrome:
     """Return the browser with a page that nobody has touched, 1440 x 900 pixels."""
+    return untouched(shared)
+
+
+def untouched(shared: Shared) -> webdriver.Chrome:
+    """Let the browser come as another that was never here."""
     window = shared.window
     window.get("about:blank")
     window.execute_cdp_cmd("Network.clearBrowserCookies", {})

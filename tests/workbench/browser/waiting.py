@@ -69,7 +69,8 @@ def field(window: webdriver.Chrome, label: str) -> WebElement:
     """Wait for the field of that label, and return it."""
 
     def seen() -> WebElement | None:
-        found = window.find_elements(By.XPATH, f"//label[.//*[starts-with(text(), '{label}')]]//input")
+        inputs = f"//label[.//*[starts-with(text(), '{label}')]]//input | //input[@aria-label='{label}']"
+        found = window.find_elements(By.XPATH, inputs)
         return next((each for each in found if each.is_displayed()), None)
 
     found: WebElement = until(seen)

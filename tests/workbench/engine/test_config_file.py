@@ -9,7 +9,7 @@ from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.config import OnboardConfig, part_of
 from ods.offline.mission import MissionSettings
-from ods.workbench.engine.files.config_file import load_config, saving, write_config
+from ods.workbench.engine.files.config_file import for_folder, load_config, saving, write_config
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
 from ods.workbench.model.state import State, Tuning
@@ -70,6 +70,19 @@ def test_the_file_saved_loads_as_what_was_tuned(tmp_path: Path, actions: tuple[d
     assert {name: before.get(name) for name in others} == {name: after.get(name) for name in others}
     assert "# our vehicle" in written.read_text()
     assert "# the harbour" in written.read_text()
+
+
+def test_a_file_in_another_folder_names_the_same_files(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text(OWN)
+    (tmp_path / "ins.eds").write_text("")
+    loaded = load_config(file)
+    (tmp_path / "tuned").mkdir()
+    text = for_folder(loaded.text, loaded, tmp_path / "tuned")
+    named = tomllib.loads(text)["nav"]["canopen"]
+    assert named == {"ins_eds": str(tmp_path / "ins.eds"), "node_eds": "ods_node.eds"}  # one is not there
+    assert [line for line in OWN.splitlines() if line not in text.splitlines()] == ['ins_eds = "ins.eds"']
+    assert for_folder(loaded.text, loaded, tmp_path) == OWN
 
 
 def test_only_what_was_tuned_is_in_the_difference(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import tomllib
 
+import msgspec
 import numpy as np
 import pytest
 import tomli_w
@@ -38,6 +39,16 @@ def test_b_stays_as_it_was_kept() -> None:
     assert state.other == START.tuning
     swapped = apply(state, do.SwapAB())
     assert (swapped.tuning, swapped.other) == (START.tuning, state.tuning)
+
+
+def test_c_and_d_stay_as_they_were_kept_and_go_with_b() -> None:
+    state = apply(START, do.KeepAsB())
+    kept = []
+    for fewest in (3, 4, 5):
+        state = apply(apply(state, do.SetSetting("tracker.life.confirm_echoes", fewest)), do.KeepAsNext())
+        kept.append(state.tuning)
+    assert state.further == (kept[0], kept[2])  # the last D
+    assert apply(state, do.DropB()) == msgspec.structs.replace(state, other=None, further=())
 
 
 def test_a_first_waypoint_keeps_the_ends_of_the_straight_path() -> None:

@@ -37,6 +37,7 @@ ACTIONS: tuple[do.Action, ...] = (
     do.SetTuning(Tuning(), "preset default"),
     do.SetState(State(tuning=Tuning(bypassed=(1,)), scene=SCENE), "preset mine"),
     do.KeepAsB(),
+    do.KeepAsNext(),
     do.SwapAB(),
     do.DropB(),
     do.ShowPing(12),

@@ -35,9 +35,10 @@ def _link(tables: object) -> str:
 
 def test_a_link_names_no_code_and_no_map() -> None:
     foreign = {"pipeline": {"plugins": ["/tmp/evil.py"]}, "tracker": {"plugins": ["evil"], "map": {"path": "/tmp/m"}}}
-    state = state_of(_link({"tuning": {"config": foreign}, "other": {"config": foreign}}), State())
+    chain = {"config": foreign}
+    state = state_of(_link({"tuning": chain, "other": chain, "further": [chain, chain]}), State())
     own = State().tuning.config
-    for tuning in (state.tuning, state.other):
+    for tuning in (state.tuning, state.other, *state.further):
         assert tuning is not None
         assert tuning.config.pipeline.plugins == own.pipeline.plugins
         assert tuning.config.tracker.plugins == own.tracker.plugins

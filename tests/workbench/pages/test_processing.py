@@ -16,7 +16,16 @@ from nicegui.testing.user_simulation import user_simulation
 from ods.offline.mission import MissionSettings
 from ods.workbench.engine.data import Data
 from ods.workbench.engine.mission.rerun import wanted
-from ods.workbench.model.actions import SetBookmark, SetSetting, SetTuning, SetView, ShowPing
+from ods.workbench.model.actions import (
+    AddStage,
+    KeepAsB,
+    RemoveStage,
+    SetBookmark,
+    SetSetting,
+    SetTuning,
+    SetView,
+    ShowPing,
+)
 from ods.workbench.model.state import DataReference, State, Tuning
 from ods.workbench.pages import processing
 from ods.workbench.pages.parts.reruns import rerun_of
@@ -175,6 +184,23 @@ async def test_b_is_kept_and_its_difference_is_told(user: User, session: Session
     await until(lambda: kinds(user) == {"only_a"})
 
 
+async def test_three_filters_are_seen_on_one_beam(user: User, session: Session) -> None:
+    await until(lambda: frame(user))
+    session.do(KeepAsB())
+    await user.should_see(marker="keep as next")
+    for name in ("filter.wiener", "filter.median"):
+        session.do(RemoveStage(1))
+        session.do(AddStage(name, 1))
+        if name == "filter.wiener":
+            user.find(marker="keep as next").click()
+    chosen = widget(user, "profiles")
+    await until(lambda: len(chosen.value) == 4)
+    names = [chosen.options[each] for each in chosen.value]
+    assert names == ["A: as recorded", "A: after 2 filter.median", "B: after 2 filter.fir", "C: after 2 filter.wiener"]
+    user.find(marker="drop B").click()
+    await until(lambda: [chosen.options[each] for each in chosen.value] == ["as recorded", "after 3 detect.two_level"])
+
+
 async def test_dragging_a_level_changes_its_setting(user: User, session: Session) -> None:
     await until(lambda: frame(user))
     levels = await until(
@@ -234,22 +260,33 @@ async def test_what_a_stage_complains_of_is_one_line_and_the_page_goes_on(user: 
 
 async def test_keys_go_from_ping_to_ping_and_play(user: User, session: Session) -> None:
     await user.should_see("ping 0 of 3", retries=5000)
-
-    def press(key: str, *, shift: bool = False) -> None:
-        pressed = {"action": "keydown", "repeat": False, "altKey": False, "ctrlKey": False, "metaKey": False}
-        arguments = {**pressed, "shiftKey": shift, "key": key, "code": key, "location": 0}
-        user.find(kind=ui.keyboard).trigger("key", arguments)
-
-    press("ArrowRight")
+    press(user, "ArrowRight")
     assert session.state.ping == 1
-    press("ArrowRight", shift=True)
+    press(user, "ArrowRight", shift=True)
     assert session.state.ping == 2
-    press("ArrowLeft", shift=True)
+    press(user, "ArrowLeft", shift=True)
     assert session.state.ping == 0
     widget(user, "speed").set_value(20.0)
-    press(" ")
+    press(user, " ")
     await until(lambda: session.state.ping > 0)
-    press(" ")
+    press(user, " ")
+
+
+def press(user: User, key: str, *, shift: bool = False) -> None:
+    pressed = {"action": "keydown", "repeat": False, "altKey": False, "ctrlKey": False, "metaKey": False}
+    arguments = {**pressed, "shiftKey": shift, "key": key, "code": key, "location": 0}
+    user.find(kind=ui.keyboard).trigger("key", arguments)
+
+
+async def test_n_goes_from_mark_to_mark(user: User, session: Session) -> None:
+    await user.should_see(marker="mark gap 2", retries=5000)
+    session.do(SetBookmark(1, "echo"))
+    await user.should_see(marker="mark bookmark 1", retries=5000)
+    for expected in (1, 2, 2):  # the last stays
+        press(user, "n")
+        assert session.state.ping == expected
+    press(user, "N", shift=True)
+    assert session.state.ping == 1
 
 
 async def test_marks_of_the_timeline_go_to_their_pings(user: User, session: Session) -> None:

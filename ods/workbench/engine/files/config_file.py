@@ -14,7 +14,7 @@ from ods.base.settings_file import load
 from ods.config import OnboardConfig, part_of
 from ods.offline.mission import MissionSettings
 from ods.workbench.engine.files.folders import writable, write_whole
-from ods.workbench.model.difference import Difference, changed_text, differences
+from ods.workbench.model.difference import Difference, changed_text, differences, with_texts
 from ods.workbench.model.state import Tuning
 
 TEMPLATE = "onboard.toml"
@@ -91,6 +91,14 @@ def _told_as_loaded(loaded: MissionSettings, settings: MissionSettings) -> Missi
     if loaded.pipeline.stage or pipeline.stage != loaded.pipeline.chain():
         return settings
     return msgspec.structs.replace(settings, pipeline=msgspec.structs.replace(pipeline, stage=()))
+
+
+def for_folder(text: str, loaded: ConfigFile, folder: Path) -> str:
+    """Return a configuration's text for another folder: files that it names beside the one loaded are named in full."""
+    here = loaded.path.resolve().parent
+    if folder.resolve() == here:
+        return text
+    return with_texts(text, lambda name: str(here / name) if name and (here / name).is_file() else name)
 
 
 def write_config(text: str, path: Path, folders: Iterable[Path]) -> Path:

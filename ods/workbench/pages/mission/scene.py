@@ -9,6 +9,7 @@ from nicegui.elements.scene import Object3D
 from ods.base.arrays import Floats
 from ods.messages import Vector3
 from ods.workbench.engine.mission.tracked import Tracked
+from ods.workbench.pages.parts.tips import tip
 
 MOST_POINTS, MESH = 400, 15
 """Points of a way, and squares of the mesh along its longer side."""
@@ -38,7 +39,7 @@ class SceneDialog:
             with ui.row().classes("w-full items-center"):
                 self._title = ui.label().classes("text-sm")
                 ui.space()
-                ui.button(icon="close", on_click=self._dialog.close).props("flat round dense").tooltip("close (Esc)")
+                tip(ui.button(icon="close", on_click=self._dialog.close).props("flat round dense"), "close (Esc)")
             self._space = ui.element("div")
 
     def open(self) -> None:

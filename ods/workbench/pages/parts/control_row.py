@@ -51,10 +51,10 @@ class ControlRow:
             self._field.set_value(text_of(value))
 
     def _build(self) -> None:
-        by, marker = self._control.by, self._control.path
+        by, marker, name = self._control.by, self._control.path, f'aria-label="{self._control.name}"'
         if isinstance(by, Number):
             self._slider = _Slider(min=0, max=by.places - 1, step=1, value=0, on_change=self._slid)
-            self._slider.props("dense").classes("grow min-w-16 mr-2").mark(f"slider {marker}")
+            self._slider.props(f"dense {name}").classes("grow min-w-16 mr-2").mark(f"slider {marker}")
             self._field = ui.number(value=None).props("dense borderless").classes("w-16 shrink-0")
             self._field.on("change", self._written).on("keydown.enter", self._written)
         elif isinstance(by, Switch):
@@ -66,7 +66,7 @@ class ControlRow:
         else:
             self._field = ui.input().props("dense borderless").classes("grow")
             self._field.on("change", self._written).on("keydown.enter", self._written)
-        self._field.mark(f"value {marker}")
+        self._field.props(name).mark(f"value {marker}")
 
     def _slid(self) -> None:
         by = self._control.by

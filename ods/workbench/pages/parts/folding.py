@@ -6,6 +6,8 @@ from contextlib import contextmanager
 from nicegui import ui
 from nicegui.element import Element
 
+from ods.workbench.pages.parts.tips import tip
+
 BAR = "tool-bar"
 _CSS = f"""
 .{BAR} {{ container-type: inline-size; position: relative; }}
@@ -37,12 +39,12 @@ def tool_bar() -> Iterator[Element]:
 
 
 @contextmanager
-def folds(icon: str, tip: str, below_px: int) -> Iterator[Element]:
+def folds(icon: str, does: str, below_px: int) -> Iterator[Element]:
     """Build tools that are behind a button where the row is narrower than `below_px`, until that is clicked again."""
     ui.add_css(_NARROW.format(px=below_px))
     with ui.element("div") as whole:
-        button = ui.button(icon=icon).props("dense flat").tooltip(tip)
-        button.classes(f"tool-fold-button tool-fold-button-{below_px}").mark(f"fold {tip}")
+        button = tip(ui.button(icon=icon).props("dense flat"), does)
+        button.classes(f"tool-fold-button tool-fold-button-{below_px}").mark(f"fold {does}")
         button.on("click", js_handler=_TOGGLE)
         with ui.row().classes(f"tool-fold tool-fold-{below_px}"):
             yield whole

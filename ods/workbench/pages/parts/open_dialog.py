@@ -18,6 +18,7 @@ from ods.workbench.engine.files.folders import uploads_folder
 from ods.workbench.engine.files.openable import ENDINGS, opening
 from ods.workbench.model.actions import OpenData
 from ods.workbench.model.state import State
+from ods.workbench.pages.parts.tips import tip
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow
 
@@ -52,9 +53,7 @@ class OpenDialog:
 
     def _build_where(self) -> None:
         with ui.row().classes("w-full items-center no-wrap gap-1"):
-            self._up = (
-                ui.button(icon="arrow_upward", on_click=self._go_up).props("dense flat").tooltip("the folder above")
-            )
+            self._up = tip(ui.button(icon="arrow_upward", on_click=self._go_up).props("dense flat"), "the folder above")
             self._where = ui.label().classes("text-sm opacity-80 grow min-w-0 truncate").mark("where")
             self._whole = ui.button("open this folder", on_click=lambda: self._open(str(self._folder)))
             self._whole.props("dense flat no-caps").tooltip("segments of one recording").mark("open folder")

@@ -23,7 +23,8 @@ def table(title: str, columns: Columns, clicked: Callable[[str], None] | None) -
         for at, (name, label) in enumerate(columns)
     ]
     built = ui.table(rows=[], columns=fields, title=title, row_key=columns[0][0])
-    built.props("dense flat bordered hide-pagination :rows-per-page-options=[0] title-class=text-sm no-data-label=none")
+    built.props("dense flat bordered hide-pagination :rows-per-page-options=[0] title-class=text-sm")
+    built.add_slot("no-data", '<span class="opacity-70">none</span>')  # Quasar's own has a sign of warning
     built.classes("grow min-w-0").style("max-height: 190px")
     if clicked is not None:
         callback = clicked

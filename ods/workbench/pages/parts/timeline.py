@@ -13,6 +13,7 @@ from ods.workbench.engine.mission.rerun import wanted
 from ods.workbench.model.actions import ShowPing
 from ods.workbench.model.state import State
 from ods.workbench.pages.parts.reruns import rerun_of
+from ods.workbench.pages.parts.tips import tip
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.scrubber import Scrubber
@@ -55,10 +56,11 @@ class Timeline:
     def _build(self) -> None:
         self._plays = ui.timer(PLAY_S, self._next, active=False)
         self._play = ui.button(icon="play_arrow", on_click=self.toggle_play).props("dense flat round").mark("play")
+        tip(self._play, "play, and stop (space)")
         self._speed = ui.select(SPEEDS, value=1.0, on_change=self._set_speed).props("dense options-dense borderless")
-        self._speed.mark("speed").tooltip("of playing")
+        tip(self._speed, "speed of playing").mark("speed")
         self._track = ui.button(icon="flag", on_click=self._find).props("dense flat round").mark("find objects")
-        self._track.tooltip("mark where objects come and go: tracks the mission as the menu Observer does")
+        tip(self._track, "mark where objects come and go: tracks the mission as the menu Observer does")
         with ui.column().classes("grow min-w-0 gap-0"):
             self._bar = ui.element("div").classes("relative w-full h-4 text-xs").mark("marks")
             self._ping = Scrubber(self._scrub).mark("ping")
@@ -79,9 +81,18 @@ class Timeline:
         """Do what a key says: play and stop, or another ping."""
         if event.key.name == " " and not event.action.repeat:
             self.toggle_play()
+        elif event.key.name.lower() == "n":
+            self._go_to_mark(-1 if event.modifiers.shift else 1)
         elif self._moments is not None and event.key.name in STEPS:
             step = STEPS[event.key.name] * (10 if event.modifiers.shift else 1)
             self._go(min(max(self._session.state.ping + step, 0), self._moments.count - 1))
+
+    def _go_to_mark(self, step: int) -> None:
+        """Go to the next mark, or to the one before."""
+        now = self._session.state.ping
+        ahead = [mark.place for mark, _ in self._drawn[1] if (mark.place - now) * step > 0]
+        if ahead:
+            self._go(min(ahead) if step > 0 else max(ahead))
 
     def toggle_play(self) -> None:
         """Play, or stop."""

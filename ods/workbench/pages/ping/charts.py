@@ -6,8 +6,9 @@ import numpy as np
 from nicegui import ui
 
 from ods.workbench.engine.ping.look import HIGHEST_DB, LOWEST_DB, Look, histogram, profile
-from ods.workbench.engine.ping.study import Cost
+from ods.workbench.engine.ping.study import Cost, Study
 from ods.workbench.engine.ping.thresholds import thresholds
+from ods.workbench.model.state import Tuning
 from ods.workbench.pages.parts.cost_bar import cost_bar
 from ods.workbench.pages.ping.pictures import title_of
 from ods.workbench.pages.ping.work import Answer, Costs, last_stage
@@ -50,19 +51,20 @@ class Profile:
             self._draw()
 
     def _options(self, answer: Answer) -> dict[str, str]:
-        state = answer.state
-        tunings = [("A", state.tuning)] + ([("B", state.other)] if state.other and answer.b else [])
+        chains = _chains(answer)
         return {
-            f"{who} {place}": (f"{who}: " if len(tunings) > 1 else "") + title_of(tuning, place)
-            for who, tuning in tunings
+            f"{who} {place}": (f"{who}: " if len(chains) > 1 else "") + title_of(tuning, place)
+            for who, (_, tuning) in chains.items()
             for place in range(-1, len(tuning.config.pipeline.chain()))
         }
 
     def _names(self, options: dict[str, str]) -> list[str]:
         if self._chosen is not None and (kept := [name for name in self._chosen if name in options]):
             return kept
-        ends = {name.partition(" ")[0]: name for name in options}
-        return ["A -1", *ends.values()]
+        assert self._answer is not None
+        last = -2 if self._answer.further else -1  # of many chains after the filter, by which they are named
+        ends = [[name for name in options if name.startswith(who)][last] for who in _chains(self._answer)]
+        return ["A -1", *ends][-MOST_CURVES:]
 
     def _choose(self) -> None:
         if self._answer is None or self._choice.value == self._names(self._options(self._answer)):
@@ -73,12 +75,11 @@ class Profile:
             self._choice.set_value(self._chosen)
         self._draw()
 
-    def _look(self, name: str) -> Look | None:
+    def _look(self, name: str) -> Look:
         assert self._answer is not None
         who, _, place = name.partition(" ")
-        state = self._answer.state
-        study, tuning = (self._answer.b, state.other) if who == "B" else (self._answer.a, state.tuning)
-        return None if study is None or tuning is None else study.after(int(place), tuning.bypassed)
+        study, tuning = _chains(self._answer)[who]
+        return study.after(int(place), tuning.bypassed)
 
     def _draw(self) -> None:
         if self._answer is None:
@@ -90,7 +91,7 @@ class Profile:
         curves = []
         for role, name in zip(ROLES, self._names(options), strict=False):
             look = self._look(name)
-            if look is not None and beam < len(look.codes):
+            if beam < len(look.codes):
                 curves.append(Curve(role, options[name], Even(grid.range0_m, grid.dr_m), profile(look, beam)))
         highest = max((float(np.nanmax(curve.y, initial=LEAST_HIGH_DB)) for curve in curves), default=LEAST_HIGH_DB)
         last = self._answer.a.looks[-1]
@@ -102,6 +103,14 @@ class Profile:
             Axis("slant range, m", grid.range0_m, far_m, cursor="range"),
             [Panel(Axis("dB over median", -25.0, highest + 3.0, cursor="level"), curves, lines=lines)],
         )
+
+
+def _chains(answer: Answer) -> dict[str, tuple[Study, Tuning]]:
+    """Return A and the chains that are kept, by their names; without those that cannot be."""
+    state = answer.state
+    studies, tunings = (answer.a, answer.b, *answer.further), (state.tuning, state.other, *state.further)
+    named = zip("ABCD", studies, tunings, strict=False)
+    return {name: (study, tuning) for name, study, tuning in named if study is not None and tuning is not None}
 
 
 class Histogram:

@@ -19,6 +19,7 @@ from ods.workbench.model.paths import PathError
 from ods.workbench.model.sliders import controls_of
 from ods.workbench.model.state import State
 from ods.workbench.pages.parts.control_row import ControlRow
+from ods.workbench.pages.parts.tips import tip
 from ods.workbench.pages.ping.add_stage import add_menu
 from ods.workbench.session import Session
 from ods.workbench.web.follow import PICTURE_FIRST_S, follow, in_loop
@@ -198,7 +199,7 @@ class StageList:
 
     def _buttons(self, place: int, last: bool, bypassed: bool) -> None:
         if not last:
-            box = ui.checkbox(value=not bypassed).props("dense size=xs").tooltip("runs; off: bypassed")
+            box = tip(ui.checkbox(value=not bypassed).props("dense size=xs"), "runs; off: bypassed")
             box.on("click.stop", lambda: None).mark(f"runs {place}")
             box.on_value_change(lambda event: self._do(do.BypassStage(place, on=not event.value)))
         _small(
@@ -228,8 +229,8 @@ def known_stages(settings: PipelineSettings) -> list[str]:
     return stage_names()
 
 
-def _small(icon: str, tip: str, enabled: bool, clicked: Callable[[], None], place: int) -> None:
-    button = ui.button(icon=icon).props("flat dense round size=xs").tooltip(tip).mark(f"{tip} {place}")
+def _small(icon: str, does: str, enabled: bool, clicked: Callable[[], None], place: int) -> None:
+    button = tip(ui.button(icon=icon).props("flat dense round size=xs"), does).mark(f"{does} {place}")
     button.on("click.stop", lambda: clicked())
     button.set_enabled(enabled)
 

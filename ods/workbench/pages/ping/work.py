@@ -51,8 +51,10 @@ class Answer:
     judged_b: Judged | None
     beside: Study | None = None
     """Of other data, by A."""
+    further: Sequence[Study | None] = ()
+    """C and D; none: it cannot be."""
     complaint: str = ""
-    """Why there is no B."""
+    """Why there is no B, C or D."""
 
 
 Costs = Sequence[tuple[str, Cost]]
@@ -137,18 +139,15 @@ class Work:
         _, state = request
         opened = self._open(state)
         place = min(state.ping, len(opened.data.pings) - 1)
-        shown = 1 if state.other is None else 2
-        a = opened.studio.study(state.tuning.mission(), place, shown)
-        b, parted, complaint = None, None, ""
-        if state.other is not None:
-            try:
-                b = opened.studio.study(state.other.mission(), place, shown)
-            except OvertakenError:
-                raise
-            except OdsError as error:
-                complaint = f"B: {error}"
-            else:
-                parted = difference(a.detections.detections, b.detections.detections)
+        others = [*([] if state.other is None else [state.other]), *state.further]
+        a = opened.studio.study(state.tuning.mission(), place, 1 + len(others))
+        kept, complaints = [], []
+        for name, tuning in zip("BCD", others, strict=False):
+            study, why = _study(opened.studio, tuning, place, 1 + len(others))
+            kept.append(study)
+            complaints.append(why and f"{name}: {why}")
+        b = kept[0] if kept else None
+        parted = None if b is None else difference(a.detections.detections, b.detections.detections)
         true = self._true(state, opened.data, place)
         judged_a, judged_b = (
             None if true is None or each is None else judged(each.detections, true) for each in (a, b)
@@ -158,8 +157,8 @@ class Work:
             true, judged_a = judged_by(a.detections, labels, a.ping)
             judged_b = None if b is None else judged_by(b.detections, labels, b.ping)[1]
         beside, why = self._study_beside(state)
-        complaint = "; ".join(filter(None, (complaint, why)))
-        return Answer(state, opened.data, place, a, b, parted, true, judged_a, judged_b, beside, complaint)
+        complaint = "; ".join(filter(None, (*complaints, why)))
+        return Answer(state, opened.data, place, a, b, parted, true, judged_a, judged_b, beside, kept[1:], complaint)
 
     def _study_beside(self, state: State) -> tuple[Study | None, str]:
         """Return the ping of the other data at the same place, or their last, and why there is none."""
@@ -217,13 +216,23 @@ class Work:
         self._hearer.failed(why)
 
 
+def _study(studio: Studio, tuning: Tuning, place: int, shown: int) -> tuple[Study | None, str]:
+    """Return what a chain makes of a ping, or why it cannot."""
+    try:
+        return studio.study(tuning.mission(), place, shown), ""
+    except OvertakenError:
+        raise
+    except OdsError as error:
+        return None, str(error)
+
+
 def wanted(state: State) -> tuple[Any, ...]:
     """Return what of a state an answer depends on."""
     view = state.view
     scene = state.scene if state.data.kind == "scene" else None
     return (
-        state.tuning, state.other, state.data, scene, state.ping, state.beside, view.shown_stage, view.compared_stage,
-        view.comparison, view.truth, state.labels, view.lowest_db, view.highest_db,
+        state.tuning, state.other, state.further, state.data, scene, state.ping, state.beside, view.shown_stage,
+        view.compared_stage, view.comparison, view.truth, state.labels, view.lowest_db, view.highest_db,
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from ods.workbench.model.scene.effects import EFFECTS, Effect, is_on, switch
 from ods.workbench.model.sliders import Control
 from ods.workbench.model.state import State
 from ods.workbench.pages.parts.control_row import ControlRow
+from ods.workbench.pages.parts.tips import tip
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow
 
@@ -87,7 +88,7 @@ def waypoints(session: Session, of: str) -> None:
             _place(session, f"{of}.waypoints[{place}].position_ned")
             remove = RemoveWaypoint(of, place)
             close = ui.button(icon="close", on_click=lambda action=remove: try_to(session, action))
-            close.props("flat round dense size=sm").tooltip("remove")
+            tip(close.props("flat round dense size=sm"), "remove")
 
 
 def _place(session: Session, path: str) -> None:

@@ -1,5 +1,7 @@
 """The dialog that saves a scene, once its difference to the file that is there was shown."""
 
+import shlex
+
 import msgspec
 from nicegui import ui
 
@@ -48,7 +50,8 @@ class SaveDialog:
     def _save(self) -> None:
         if self._prepared is not None:
             save(self._prepared)
-            ui.notify(f"saved {self._prepared.path}", type="positive")
+            place = shlex.quote(str(self._prepared.path))
+            ui.notify(f"saved {place}; on the bench: ods bench --scene {place}", type="positive")
             self._dialog.close()
             self._follow(str(self._prepared.path))
 

@@ -11,6 +11,7 @@ from ods.workbench.engine.scene.rehearsal import Rehearsal
 from ods.workbench.model.actions import RemoveObject, SetScene
 from ods.workbench.model.scene.dials import image_groups, object_groups, sea_bed_groups, vehicle_groups
 from ods.workbench.model.state import State
+from ods.workbench.pages.parts.tips import tip
 from ods.workbench.pages.scene import panels
 from ods.workbench.pages.scene.charts import overlaid
 from ods.workbench.pages.scene.work import build_cost, build_rehearsal
@@ -73,7 +74,7 @@ class Side:
                 lambda event: event.value not in (None, self._part) and self._selected(event.value)
             )
             remove = ui.button(icon="delete", on_click=self._remove).props("flat round dense").mark("remove object")
-            remove.tooltip("take this object out")
+            tip(remove, "take this object out")
         self._panel = ui.column().classes("w-full gap-0")
 
     def _build_effects(self) -> None:

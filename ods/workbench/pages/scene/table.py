@@ -8,6 +8,7 @@ from nicegui import ui
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.model.actions import Action, CopyObject, RemoveObject, SetScene
 from ods.workbench.model.scene.handles import place_at
+from ods.workbench.pages.parts.tips import tip
 from ods.workbench.pages.scene.panels import try_to
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow
@@ -62,14 +63,14 @@ class SceneTable:
     def _row(self, at: int, *, straight: bool) -> None:
         of = f"objects[{at}]"
         for name in NUMBERS:
-            number = ui.number().props("dense borderless").classes("w-20").mark(f"{of} {name}")
+            number = ui.number().props(f'dense borderless aria-label="{name}"').classes("w-20").mark(f"{of} {name}")
             number.set_enabled(straight)
             number.on("change", partial(self._give, at, name))
             self._numbers[f"{of} {name}"] = number
         copy = ui.button(icon="content_copy", on_click=partial(self._do, CopyObject(at, (0.0, BESIDE_M, 0.0))))
-        copy.props("flat round dense size=sm").tooltip("another like it, to the east").mark(f"copy {of}")
+        tip(copy.props("flat round dense size=sm"), "another like it, to the east").mark(f"copy {of}")
         gone = ui.button(icon="delete", on_click=partial(self._do, RemoveObject(at)))
-        gone.props("flat round dense size=sm").tooltip("take it out").mark(f"remove {of}")
+        tip(gone.props("flat round dense size=sm"), "take it out").mark(f"remove {of}")
 
     def _give(self, at: int, name: str) -> None:
         """Take a number that was typed; one that cannot be is shown as it was."""

@@ -9,6 +9,7 @@ from ods.workbench.engine.scene.view import Pictured
 from ods.workbench.model import actions as do
 from ods.workbench.model.scene.handles import Spot, place_at, snapped
 from ods.workbench.pages.parts.folding import folds, tool_bar
+from ods.workbench.pages.parts.tips import tip
 from ods.workbench.pages.scene.panels import try_to
 from ods.workbench.pages.scene.table import BESIDE_M, SceneTable
 from ods.workbench.session import Session
@@ -57,9 +58,9 @@ class PlanTools:
         return True
 
     def _build_others(self) -> None:
-        def tool(icon: str, tip: str, does: Callable[[], object], marker: str) -> None:
+        def tool(icon: str, words: str, does: Callable[[], object], marker: str) -> None:
             button = ui.button(icon=icon, on_click=lambda: does()).props("flat dense no-caps")
-            button.tooltip(tip).mark(marker)
+            tip(button, words).mark(marker)
 
         table = SceneTable(self._session)
         tool("add_location", "a way-point of the selected path, where it is now", self._add_waypoint, "add way-point")

@@ -72,6 +72,7 @@ class _Rehearsal:
         self._told.classes("text-xs opacity-70").mark("rehearsed")
         self._table = ui.table(columns=COLUMNS, rows=[], row_key="object").props("dense flat").classes("w-full")
         self._table.set_visibility(False)
+        ui.label("With the real processes: save the scene, then ods bench --scene FILE.").classes("text-xs opacity-70")
         self._bar.client.on_delete(self._ends.set)
 
     async def _run(self) -> None:

@@ -1,4 +1,5 @@
 // What the views of the page share: colours by role, ticks, sharp canvases, labels that keep apart.
+import { withKeys } from "./keys.js";
 
 // Okabe and Ito's colours, which colour-blind eyes tell apart; [on dark, on light].
 const ROLES = {
@@ -12,6 +13,7 @@ const ROLES = {
   uncertainty: { colours: ["#1fc79a", "#00795a"], label: "two standard deviations" },
   prediction: { colours: ["#b6a4ff", "#6a4fc9"], label: "predicted", dash: [2, 3] },
   approach: { colours: ["#ff6b6b", "#c1121f"], label: "closest approach" },
+  goal: { colours: ["#ff6b6b", "#c1121f"], label: "goal" },
   sector: { colours: ["#56b4e9", "#0072b2"], label: "sonar's sector", area: true },
   object: { colours: ["#f0b429", "#a86a00"], label: "object", width: 2 },
   path: { colours: ["#b6a4ff", "#6a4fc9"], label: "path" },
@@ -226,6 +228,7 @@ export const onCanvas = {
   mounted() {
     this.unwatch = watch(this.$el, () => this.draw());
     withPicture(this.$el, () => this.now.title ?? this.$options.name ?? "");
+    withKeys(this.$el, this.$refs.canvas, this.now.title || "a chart");
     for (const [name, hear] of Object.entries(this.heard()))
       this.$refs.canvas.addEventListener(name, hear, { passive: name !== "wheel" });
     this.draw();

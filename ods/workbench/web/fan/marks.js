@@ -10,7 +10,7 @@ export const KINDS = {
   missed: { colour: "#ffffff", label: "missed", sign: "?", dash: [4, 3] },
   only_a: { colour: "#ff9d2e", label: "only A", sign: "A", dash: [9, 4] },
   only_b: { colour: "#37b6ff", label: "only B", sign: "B", dash: [2, 3], corners: 4 },
-  truth: { colour: "#ffffff", label: "truth", dash: [4, 3] },
+  truth: { colour: "#ffffff", label: "true object", dash: [4, 3] },
   track: { colour: "#ff6ad5", label: "track" },
 };
 

@@ -1,0 +1,43 @@
+"""A workbench that was started in a folder with a short scene and without data, and a hand that is new to it."""
+
+import os
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from ods.base.files.shipped import shipped_file
+from tests.workbench.browser.conftest import Shared, running, untouched
+from tests.workbench.browser.hand import Hand
+from tests.workbench.serving import PROJECT
+
+PAGE = PROJECT / "docs" / "workbench" / "tasks.md"
+Counted = Callable[[str], None]
+
+
+@pytest.fixture(scope="session")
+def workbench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shared]:
+    folder = tmp_path_factory.mktemp("engineer")
+    scene = shipped_file("scenes/figure11.toml").read_text()
+    (folder / "short.toml").write_text(re.sub(r"duration_s = [0-9.]+", "duration_s = 3.0", scene))
+    with running(tmp_path_factory, folder=folder) as made:
+        yield made
+
+
+@pytest.fixture
+def hand(workbench: Shared) -> Hand:
+    Path(os.environ["ODS_DATA_DIR"], "ods", "recent.json").unlink(missing_ok=True)  # nothing was ever opened
+    return Hand(untouched(workbench))
+
+
+@pytest.fixture
+def folder(workbench: Shared) -> Path:
+    return workbench.folder
+
+
+def counted(hand: Hand, task: str) -> None:
+    """Compare what a hand did with what the docs say of a task: clicks, keys, fields."""
+    rows = re.findall(r"(?m)^\| (.+?) \| (\d+) \| (\d+) \| (\d+) \|", PAGE.read_text())
+    said = {row[0]: tuple(map(int, row[1:])) for row in rows}
+    assert (hand.clicks, hand.keys, hand.fields) == said.get(task)
