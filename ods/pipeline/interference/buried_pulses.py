@@ -20,6 +20,8 @@ PINGS, BEAMS = 8, 3
 """So many of the last pings are compared, in so many beams next to the direction."""
 WIDTH_M = 0.4
 """Extent in range of what is compared: a pulse of 0.5 ms."""
+import os
+LEAD_M = float(os.environ.get('LEAD','0.1'))
 MOST_A_PERIOD = 7
 """Pulses a period of what was found."""
 FOUND, HEARD = 4.0, 2.0
@@ -52,6 +54,7 @@ class Train(NamedTuple):
     bearing_rad: float
     heard_s: float
     buried: float
+    arrivals: float
 
 
 class BuriedPulses:
@@ -112,7 +115,7 @@ class _Places:
     def _compare(self, one: int, other: int, later_s: Floats, total: Floats, count: Floats) -> None:
         image, period_s = self._images[one], self._train.period_s
         farthest_s = image.s_a_m * (image.ping.range0_m + image.ping.samples * image.ping.dr_m)
-        first_s = np.mod(self._train.at_s + later_s - image.sent_s, period_s)
+        first_s = np.mod(self._train.at_s + later_s - image.sent_s - LEAD_M * image.s_a_m, period_s)
         moved_s = np.mod(image.sent_s - self._images[other].sent_s, period_s)
         if min(moved_s, period_s - moved_s) < WIDTH_M * image.s_a_m:
             return

@@ -41,9 +41,8 @@
 #define NEAR_S 0.4e-3
 /* A train that was not heard for so long is forgotten. */
 #define FORGOTTEN_S 2.0
-/* Shares of the error by which a train follows what is heard. */
-#define FOLLOW_PLACE 0.3
-#define FOLLOW_PERIOD 0.05
+/* A train follows what is heard as a line through its arrivals, of at most so many. */
+#define MOST_FOLLOWED 12.0
 
 /* Times are since a fixed instant. */
 typedef struct {
@@ -59,6 +58,7 @@ typedef struct {
     double period_s, at_s; /* at_s: of a pulse */
     double bearing_rad, heard_s;
     double buried; /* pulses a period of what was found, where most are buried, and buried_pulses.py hears it; else 1 */
+    double arrivals;
 } Train;
 
 /* An echo of the ping before. */
@@ -75,7 +75,7 @@ typedef struct {
     Place *place;      /* (MOST_BEFORE,) */
 } Memory;
 
-#define MEMORY "out i8[3] counts, out f8[12,3] looks, out f8[12,64,3] arrivals, out f8[8,5] trains, out f8[256,3] places"
+#define MEMORY "out i8[3] counts, out f8[12,3] looks, out f8[12,64,3] arrivals, out f8[8,6] trains, out f8[256,3] places"
 #define MEMORY_AT(k)                                                                                                    \
     ((Memory){ARRAY(int64_t, k), ARRAY(int64_t, k) + 1, ARRAY(int64_t, k) + 2, ARRAY(Look, (k) + 1),                     \
               ARRAY(Arrival, (k) + 2), ARRAY(Train, (k) + 3), ARRAY(Place, (k) + 4)})
@@ -275,8 +275,9 @@ static void follow(Memory memory, Arrival arrival, double now_s)
             continue;
         const double steps = rint((arrival.at_s - train->at_s) / train->period_s);
         const double error_s = arrival.at_s - train->at_s - steps * train->period_s;
-        train->at_s += steps * train->period_s + FOLLOW_PLACE * error_s;
-        train->period_s += FOLLOW_PERIOD * error_s / larger(steps, 1.0);
+        const double n = train->arrivals = smaller(train->arrivals + 1.0, MOST_FOLLOWED), all = n * (n + 1.0);
+        train->at_s += steps * train->period_s + (4.0 * n - 2.0) / all * error_s;
+        train->period_s += 6.0 / all * error_s / larger(steps, 1.0);
         train->bearing_rad = arrival.bearing_rad;
         train->heard_s = train->buried > 1.0 ? train->heard_s : now_s;
     }
@@ -369,7 +370,7 @@ static int64_t seek_trains(Memory memory, Look *look, const Arrival *new, int64_
             continue;
         const Heard heard = heard_from(memory, new[k]);
         const Guess found = find_train(&heard, new[k].at_s);
-        const Train train = {found.period_s, found.at_s, new[k].bearing_rad, look->end_s, 1.0};
+        const Train train = {found.period_s, found.at_s, new[k].bearing_rad, look->end_s, 1.0, (double)found.matched};
         if (found.matched > 0 && found.line)
             lines[of_line++] = train;
         else if (found.matched > 0)
@@ -394,7 +395,7 @@ static int64_t mark(Memory memory, const Echo *echoes, int64_t count, Ping ping,
 /* Looks for trains among a ping's echoes; returns how many lines it filled in that may be trains, too. sent_s: when it
    was sent, s since a fixed instant; s_a_m: of time a metre of range; since_s: since the ping before. */
 KERNEL_INT(find_pulses, ECHO "[found] echoes, float sent_s, float s_a_m, float near_m, float far_m, float since_s, " MEMORY
-                             ", out f8[4,5] lines")
+                             ", out f8[4,6] lines")
 {
     const Echo *echoes = ARRAY(const Echo, 0);
     const int64_t count = SIZE(0, 0);

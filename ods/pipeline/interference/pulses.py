@@ -25,7 +25,7 @@ GAP_S = 3.0
 MARGIN_M = 0.1
 TRAINS = 1
 """Place in the counts."""
-HEARD_S, BURIED = 3, 4
+HEARD_S, BURIED, ARRIVALS = 3, 4, 5
 """Columns of the trains: `Train`."""
 
 
@@ -37,7 +37,7 @@ class PulseMemory(NamedTuple):
     pings: Floats
     arrivals: Floats
     trains: Floats
-    """(8, 5) the first column is the period, s."""
+    """(8, 6) the first column is the period, s."""
     places: Floats
 
 
@@ -59,10 +59,10 @@ class PulseFinder:
 
     def __init__(self) -> None:
         self._memory = PulseMemory(
-            np.zeros(3, np.int64), np.zeros((12, 3)), np.zeros((12, 64, 3)), np.zeros((8, 5)), np.zeros((256, 3))
+            np.zeros(3, np.int64), np.zeros((12, 3)), np.zeros((12, 64, 3)), np.zeros((8, 6)), np.zeros((256, 3))
         )
         self._buried = BuriedPulses()
-        self._lines = np.zeros((4, 5))
+        self._lines = np.zeros((4, 6))
         self._begun_ns, self._newest_ns = 0, 0
 
     def sort_out(self, ping: Ping, frame: AnyArray, echoes: EchoTable, faint: EchoTable) -> Pulses:
@@ -91,15 +91,16 @@ class PulseFinder:
         return self._memory.trains[: self._memory.counts[TRAINS]]
 
     def _listen(self, lines: Floats, now_s: float) -> None:
-        """Listen for pulses that are buried: of known trains, and of lines that may be trains, (n, 5)."""
-        for row in self._trains[self._trains[:, BURIED] > 1]:
-            if self._buried.are_heard(Train(*row)):
+        """Listen for pulses that are buried: of known trains, and of lines that may be trains, (n, 6)."""
+        for row in self._trains:
+            if row[BURIED] > 1 and self._buried.are_heard(Train(*row)):
                 row[HEARD_S] = now_s
         for row in lines:
             count = self._buried.pulses_a_period(Train(*row))
             if count > 1 and self._memory.counts[TRAINS] < len(self._memory.trains):
                 self._memory.counts[TRAINS] += 1
-                self._trains[-1] = row[0] / count, *row[1:BURIED], count
+                self._trains[-1] = row[0] / count, *row[1:BURIED], count, row[ARRIVALS]
+                return
 
 
 def _part(echo: EchoTable, least_m: float) -> UnseenPart:
