@@ -12,7 +12,7 @@
 #define FEWEST 5
 /* A line has so many: pulses whose period is near our own or a fraction of it, of which one a ping is loud enough, or
    a body. */
-#define FEWEST_OF_LINE 4
+#define FEWEST_OF_LINE 3
 #define FEWEST_PINGS 3
 #define HEARD_SHARE 0.7
 #define OWN_SHARE 0.45
@@ -57,7 +57,7 @@ typedef struct {
 typedef struct {
     double period_s, at_s; /* at_s: of a pulse */
     double bearing_rad, heard_s;
-    double buried; /* pulses a period of what was found, where most are buried, and buried_pulses.py hears it; else 1 */
+    double buried; /* pulses a period of what was found, as buried_pulses.py heard; 0: a line, if it is alone */
     double arrivals;
 } Train;
 
@@ -355,33 +355,25 @@ static void remember(Memory memory, const Echo *echoes, int64_t count)
         memory.place[k] = (Place){echoes[k].near_m, echoes[k].bearing_rad, 0.5 * echoes[k].bearing_extent_rad};
 }
 
-/* Looks for trains that new echoes are part of, the loudest first, and remembers what is of none. Fills in the lines
-   among them, and returns how many there are. */
-static int64_t seek_trains(Memory memory, Look *look, const Arrival *new, int64_t count, Train *lines)
+/* Looks for trains that new echoes are part of, the loudest first; fills them in, and returns how many there are. */
+static int64_t seek_trains(Memory memory, Look *look, const Arrival *new, int64_t count, Train *found)
 {
     Arrival *kept = memory.arrivals + (look - memory.look) * MOST_NEW;
-    int64_t sought = 0, left = 0, of_line = 0;
+    int64_t sought = 0, left = 0, trains = 0;
     for (int64_t k = 0; k < count; k++) {
         if (is_pulse(memory, new[k]))
             continue;
         kept[left++] = new[k];
         look->count = (double)left;
-        if (sought++ >= MOST_SOUGHT || *memory.trains == MOST_TRAINS)
+        if (sought++ >= MOST_SOUGHT)
             continue;
         const Heard heard = heard_from(memory, new[k]);
-        const Guess found = find_train(&heard, new[k].at_s);
-        const Train train = {found.period_s, found.at_s, new[k].bearing_rad, look->end_s, 1.0, (double)found.matched};
-        if (found.matched > 0 && found.line)
-            lines[of_line++] = train;
-        else if (found.matched > 0)
-            memory.train[(*memory.trains)++] = train;
+        const Guess guess = find_train(&heard, new[k].at_s);
+        if (guess.matched > 0)
+            found[trains++] = (Train){guess.period_s, guess.at_s, new[k].bearing_rad, look->end_s,
+                                      guess.line ? 0.0 : 1.0, (double)guess.matched};
     }
-    count = left, left = 0;
-    for (int64_t k = 0; k < count; k++)
-        if (!is_pulse(memory, kept[k]))
-            kept[left++] = kept[k];
-    look->count = (double)left;
-    return of_line;
+    return trains;
 }
 
 static int64_t mark(Memory memory, const Echo *echoes, int64_t count, Ping ping, bool *marks)
@@ -392,10 +384,10 @@ static int64_t mark(Memory memory, const Echo *echoes, int64_t count, Ping ping,
     return marked;
 }
 
-/* Looks for trains among a ping's echoes; returns how many lines it filled in that may be trains, too. sent_s: when it
+/* Lets trains follow a ping's echoes, and looks for others; returns how many it filled in. sent_s: when it
    was sent, s since a fixed instant; s_a_m: of time a metre of range; since_s: since the ping before. */
 KERNEL_INT(find_pulses, ECHO "[found] echoes, float sent_s, float s_a_m, float near_m, float far_m, float since_s, " MEMORY
-                             ", out f8[4,6] lines")
+                             ", out f8[4,6] found")
 {
     const Echo *echoes = ARRAY(const Echo, 0);
     const int64_t count = SIZE(0, 0);

@@ -17,7 +17,7 @@ from ods.base.arrays import AnyArray, Floats, Ints, Mask
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Ping, UnseenPart
-from ods.pipeline.interference.buried_pulses import BuriedPulses, Train
+from ods.pipeline.interference.buried_pulses import BuriedPulses
 from ods.pipeline.measure.echoes import EchoTable
 
 GAP_S = 3.0
@@ -62,7 +62,7 @@ class PulseFinder:
             np.zeros(3, np.int64), np.zeros((12, 3)), np.zeros((12, 64, 3)), np.zeros((8, 6)), np.zeros((256, 3))
         )
         self._buried = BuriedPulses()
-        self._lines = np.zeros((4, 6))
+        self._found = np.zeros((4, 6))
         self._begun_ns, self._newest_ns = 0, 0
 
     def sort_out(self, ping: Ping, frame: AnyArray, echoes: EchoTable, faint: EchoTable) -> Pulses:
@@ -77,8 +77,8 @@ class PulseFinder:
         near_m, far_m = max(ping.range0_m, 0.0), ping.range0_m + ping.samples * ping.dr_m
         sent = (ping.t_ns - self._begun_ns) / NS, 2.0 / ping.sound_speed
         self._buried.add(ping, frame, sent[0])
-        lines = native.find_pulses(echoes, sent, near_m, far_m, since_s, self._memory, self._lines)
-        self._listen(self._lines[:lines], sent[0])
+        found = native.find_pulses(echoes, sent, near_m, far_m, since_s, self._memory, self._found)
+        self._listen(self._found[:found], sent[0])
         if not native.mark_pulses(echoes, faint, sent, self._memory, pulses.of_echoes, pulses.of_faint):
             return pulses
         parts = [_part(row, near_m) for table, marks in ((echoes, pulses.of_echoes), (faint, pulses.of_faint))
@@ -90,14 +90,14 @@ class PulseFinder:
     def _trains(self) -> Floats:
         return self._memory.trains[: self._memory.counts[TRAINS]]
 
-    def _listen(self, lines: Floats, now_s: float) -> None:
-        """Listen for pulses that are buried: of known trains, and of lines that may be trains, (n, 6)."""
+    def _listen(self, found: Floats, now_s: float) -> None:
+        """Listen for pulses that are buried, of known trains and of those that were found, (n, 6), and keep a train."""
         for row in self._trains:
-            if row[BURIED] > 1 and self._buried.are_heard(Train(*row)):
+            if row[BURIED] > 1 and self._buried.are_heard(row):
                 row[HEARD_S] = now_s
-        for row in lines:
-            count = self._buried.pulses_a_period(Train(*row))
-            if count > 1 and self._memory.counts[TRAINS] < len(self._memory.trains):
+        for row in found:
+            count = max(self._buried.a_period(row), row[BURIED])
+            if count > 0 and self._memory.counts[TRAINS] < len(self._memory.trains):
                 self._memory.counts[TRAINS] += 1
                 self._trains[-1] = row[0] / count, *row[1:BURIED], count, row[ARRIVALS]
                 return
