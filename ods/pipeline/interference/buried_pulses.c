@@ -7,11 +7,11 @@
 #define LEAD_M 0.1
 /* Levels are known at so many places in a width. */
 #define PLACES 4
-/* So many pulses a ping are looked for. */
-#define MOST_A_PING 7
+/* The shortest period that is looked for, s. */
+#define SHORTEST_S 0.02
 /* Excess, in standard deviations, of pulses that are found, of those that are still heard, and the most that one place
    can show. */
-#define FOUND 4.0
+#define FOUND 4.5
 #define HEARD 2.0
 #define MOST_OF_ONE 5.0
 #define SMALLEST 1e-9
@@ -31,6 +31,7 @@ typedef struct {
 
 /* What is the same at all places of a direction. */
 typedef struct {
+    int64_t apart; /* pings that are compared */
     double mean, spread;
 } Background;
 
@@ -41,14 +42,25 @@ static double first_after(Train train, double sent_s)
     return (steps - floor(steps)) * train.period_s;
 }
 
-/* Returns by how much a train's places are brighter than one ping before and after; NaN: not known. */
-static double brighter(const Levels *levels, Train train)
+/* Returns how many pings later a train's places have moved by a width; beyond all pings if they do not. */
+static int64_t pings_apart(const Levels *levels, double period_s)
+{
+    int64_t apart = 1;
+    for (; apart < levels->pings; apart++) {
+        const double moved_s = first_after((Train){period_s, levels->sent_s[0]}, levels->sent_s[apart]);
+        if (smaller(moved_s, period_s - moved_s) >= levels->width_s)
+            break;
+    }
+    return apart;
+}
+
+/* Returns by how much a train's places are brighter than so many pings before and after; NaN: not known. */
+static double brighter(const Levels *levels, Train train, int64_t apart)
 {
     double total = 0.0, count = 0.0;
     for (int64_t one = 0; one < levels->pings; one++)
-        for (int64_t other = larger_i(one - 1, 0); other <= smaller_i(one + 1, levels->pings - 1); other++) {
-            const double moved_s = first_after((Train){train.period_s, levels->sent_s[one]}, levels->sent_s[other]);
-            if (smaller(moved_s, train.period_s - moved_s) < levels->width_s)
+        for (int64_t other = one - apart; other <= one + apart; other += 2 * apart) {
+            if (other < 0 || other >= levels->pings)
                 continue;
             double place = (first_after(train, levels->sent_s[one]) - levels->first_s) / levels->place_s;
             for (; place < (double)levels->places - 0.5; place += train.period_s / levels->place_s) {
@@ -65,14 +77,15 @@ static double brighter(const Levels *levels, Train train)
 /* Returns what places show that are none of the train's. */
 static Background background_of(const Levels *levels, Train train)
 {
+    const int64_t apart = pings_apart(levels, train.period_s);
     double n = 0.0, sum = 0.0, squares = 0.0;
     for (double later_s = levels->width_s; later_s < train.period_s - levels->width_s; later_s += levels->width_s) {
-        const double found = brighter(levels, (Train){train.period_s, train.at_s + later_s});
+        const double found = brighter(levels, (Train){train.period_s, train.at_s + later_s}, apart);
         if (found == found)
             n += 1.0, sum += found, squares += square(found);
     }
     const double mean = n > 0.0 ? sum / n : 0.0;
-    return (Background){mean, n > 1.0 ? sqrt(larger(squares / n - square(mean), square(SMALLEST))) : INFINITY};
+    return (Background){apart, mean, n > 1.0 ? sqrt(larger(squares / n - square(mean), square(SMALLEST))) : INFINITY};
 }
 
 /* Returns the excess of the pulses at `count` parts of the period, but for those at its whole, in standard deviations. */
@@ -81,7 +94,7 @@ static double excess(const Levels *levels, Train train, int64_t count, Backgroun
     double n = 0.0, sum = 0.0;
     for (int64_t k = 1; k < count; k++) {
         const double later_s = train.period_s * (double)k / (double)count;
-        const double found = brighter(levels, (Train){train.period_s, train.at_s + later_s});
+        const double found = brighter(levels, (Train){train.period_s, train.at_s + later_s}, background.apart);
         if (found == found)
             n += 1.0, sum += smaller((found - background.mean) / background.spread, MOST_OF_ONE);
     }
@@ -128,13 +141,12 @@ KERNEL_INT(pulses_a_period, "u1|u2|f4[rows,samples] frames, f4[:] table, f8[ping
                            WIDTH_M * FLOAT(3)};
     const Background background = background_of(&levels, train);
     if (BOOL(8)) {
-        const double found = (brighter(&levels, train) - background.mean) / background.spread;
+        const double found = (brighter(&levels, train, background.apart) - background.mean) / background.spread;
         return found >= HEARD;
     }
-    const double pings_a_period = larger(rint(train.period_s / (sent_s[pings - 1] - sent_s[pings - 2])), 1.0);
     double most = 0.0;
     int64_t best = 0;
-    for (int64_t count = 2; count <= MOST_A_PING * (int64_t)pings_a_period; count++) {
+    for (int64_t count = 2; (double)count * SHORTEST_S <= train.period_s; count++) {
         const double found = excess(&levels, train, count, background);
         if (found > most)
             most = found, best = count;
