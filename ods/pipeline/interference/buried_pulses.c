@@ -88,11 +88,14 @@ static Background background_of(const Levels *levels, Train train)
     return (Background){apart, mean, n > 1.0 ? sqrt(larger(squares / n - square(mean), square(SMALLEST))) : INFINITY};
 }
 
-/* Returns the excess of the pulses at `count` parts of the period, but for those at its whole, in standard deviations. */
-static double excess(const Levels *levels, Train train, int64_t count, Background background)
+/* Returns the excess of the pulses at `count` parts of a period of so many pings, in standard deviations, but for those
+   places where the train's own come in other pings. */
+static double excess(const Levels *levels, Train train, int64_t count, int64_t pings, Background background)
 {
     double n = 0.0, sum = 0.0;
     for (int64_t k = 1; k < count; k++) {
+        if (k * pings % count == 0)
+            continue;
         const double later_s = train.period_s * (double)k / (double)count;
         const double found = brighter(levels, (Train){train.period_s, train.at_s + later_s}, background.apart);
         if (found == found)
@@ -144,10 +147,11 @@ KERNEL_INT(pulses_a_period, "u1|u2|f4[rows,samples] frames, f4[:] table, f8[ping
         const double found = (brighter(&levels, train, background.apart) - background.mean) / background.spread;
         return found >= HEARD;
     }
+    const int64_t of_period = (int64_t)(train.period_s / (sent_s[pings - 1] - sent_s[pings - 2]) + 0.5);
     double most = 0.0;
     int64_t best = 0;
     for (int64_t count = 2; (double)count * SHORTEST_S <= train.period_s; count++) {
-        const double found = excess(&levels, train, count, background);
+        const double found = excess(&levels, train, count, larger_i(of_period, 1), background);
         if (found > most)
             most = found, best = count;
     }
