@@ -96,6 +96,7 @@ class Tracker:
         tracks.mark_unobserved(since_ns * scan.skipped_pings // (scan.skipped_pings + 1))
         self._scans += 1
         vehicle = self._pose_noise.take(vehicle, scan.t_ns)
+        self._novel(vehicle)
         self._manager.wake(tracks, scan, vehicle)
         prediction = predict_scan(tracks, scan, vehicle, settings)
         tracks.mark_unobserved(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
@@ -108,6 +109,18 @@ class Tracker:
             births = echo.births_at_start if self._scans <= FIRST_SCANS else echo.births_per_scan
             tracks.start(match.unexplained, scan, births, match.new, self._clutter_statistics)
         return outcome
+
+    def _novel(self, vehicle):
+        import os
+        P0, A0, FL = (float(x) for x in os.environ.get("NOV", "0.05,0.01,0").split(","))
+        now = np.concatenate([vehicle.position, vehicle.rotation.ravel()])
+        last = getattr(self, "_lastpose", None)
+        self._lastpose = now
+        if last is None:
+            return
+        d = np.linalg.norm(now[:3] - last[:3]) / P0
+        a = 0.7071 * np.linalg.norm(now[3:] - last[3:]) / A0
+        self._clutter_statistics.novelty = max(min(1.0, float(np.hypot(d, a))), FL)
 
     def begin_again(self) -> Snapshot:
         """Drop all live objects, as they are not at their reported positions; return the confirmed ones that are gone.

@@ -55,10 +55,10 @@ typedef struct {
     double onset_for, onset_against, onset_enough, odds_factor;
     double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
     double motion_for;
-    double calm_share, new_share, many, share_tracks, most_share, share_memory, echo_memory;
+    double calm_share, new_share, many, share_tracks, most_share, share_memory, echo_memory, free_looks;
 } Model;
 
-#define MODEL "f8[32] model"
+#define MODEL "f8[33] model"
 
 /* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended; the last scans, and their echoes
    that no confirmed track explains. */
@@ -117,12 +117,14 @@ static double likelihood(double rate, double expected, double weight)
     return larger(LEAST_MISSED, 1.0 - expected * rate) + weight * rate;
 }
 
-/* Returns the state after a scan; `expected`: probability that a visible object of the setting's rate had an echo. */
-static State update(State state, bool hit, double llr, double expected, HitRates rates)
+/* Returns the state after a scan; `expected`: probability that a visible object of the setting's rate had an echo; `look`:
+   what share of the scan is news of whether the echo is an object's or clutter's. */
+static State update(State state, bool hit, double llr, double expected, HitRates rates, double look)
 {
     const double weight = hit ? exp(smaller(MOST_EVIDENCE, llr)) : 0.0;
-    return normalized(state.visible * likelihood(rates.object, expected, weight), state.silent, state.nothing,
-                      state.clutter * likelihood(rates.clutter, expected, weight));
+    const double object = likelihood(rates.object, expected, weight), clutter = likelihood(rates.clutter, expected, weight);
+    return normalized(state.visible * object, state.silent, state.nothing,
+                      state.clutter * object * (look < 1.0 ? pow(clutter / object, look) : clutter / object));
 }
 
 /* Returns the state given a log-likelihood ratio of an object over persistent clutter. */
@@ -321,6 +323,7 @@ static double logit(double share)
 /* What is the same for all tracks of a scan, `dt` s after the one before. */
 typedef struct {
     double dt, detection_probability, crowding;
+    double novelty; /* of the image */
     Rates rates;
     const double *const *measured; /* of each feature, (n,) */
 } OfScan;
@@ -328,11 +331,13 @@ typedef struct {
 static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvidence *evidence, int64_t echoes,
                          bool hit, bool confirmed, const OfScan *of, const Prior *prior)
 {
+    const double *at_rest = of->measured[MOTION];
     const double watched = evidence->watched[i], share = prior->clutter_share;
     State state = predict(state_of(tracks, i), echoes, watched, of->dt, of->rates);
     const HitRates rates = hit_rate_ratio(tracks->hits[i], tracks->scans[i], of->detection_probability, of->crowding,
                                           prior->model);
-    state = update(state, hit, evidence->llr[i], evidence->expected[i], rates);
+    const double look = tracks->scans[i] < prior->model->free_looks ? 1.0 : larger(of->novelty, 1.0 - at_rest[i]);
+    state = update(state, hit, evidence->llr[i], evidence->expected[i], rates, look);
     state = apply_features(tracks, i, state, of->measured, i, confirmed, prior);
     if (confirmed && share != tracks->clutter_share[i]) {
         /* what was confirmed before any clutter was known is judged by what is known now */
@@ -340,14 +345,15 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
         tracks->clutter_share[i] = share;
     }
     keep(tracks, i, state);
-    tracks->hits[i] += hit;
-    tracks->scans[i] += hit ? 1.0 : watched;
+    tracks->hits[i] += hit ? look : 0.0;
+    tracks->scans[i] += look * (hit ? 1.0 : watched);
 }
 
 /* Updates n tracks by a scan, `dt` seconds after the one before. */
 KERNEL(existence_update,
        "out f8[17,n] tracks, i8[n] echoes, b1[n] confirmed, b1[n] hit, f8[5,n] evidence, f8[n] static, float dt, "
-       "float silence, float recovery, float loss, float detection_probability, float static_prior, " COUNTS ", " MODEL)
+       "float novelty, float silence, float recovery, float loss, float detection_probability, float static_prior, " COUNTS
+       ", " MODEL)
 {
     const int64_t n = SIZE(0, 1), *echoes = ARRAY(const int64_t, 1);
     const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
@@ -355,10 +361,10 @@ KERNEL(existence_update,
     const ScanEvidence evidence = evidence_rows(ARRAY(double, 4), n);
     const double *const measured[FEATURES] = {evidence.onset, evidence.leading_edge, ARRAY(const double, 5)};
     const double dt = FLOAT(6);
-    const Counts *counts = ARRAY(const Counts, 12);
-    const Model *m = ARRAY(const Model, 13);
-    const Prior prior = {m, clutter_share_of(counts, m), FLOAT(11)};
-    const OfScan of = {dt, FLOAT(10), crowding_of(echoes_a_scan(counts), dt, m), {FLOAT(7), FLOAT(8), FLOAT(9)},
+    const Counts *counts = ARRAY(const Counts, 13);
+    const Model *m = ARRAY(const Model, 14);
+    const Prior prior = {m, clutter_share_of(counts, m), FLOAT(12)};
+    const OfScan of = {dt, FLOAT(11), crowding_of(echoes_a_scan(counts), dt, m), FLOAT(7), {FLOAT(8), FLOAT(9), FLOAT(10)},
                        measured};
     for (int64_t i = 0; i < n; i++)
         update_track(&tracks, i, &evidence, echoes[i], hit[i], confirmed[i], &of, &prior);
@@ -395,7 +401,7 @@ KERNEL(existence_predict,
 KERNEL(existence_update_one,
        STATE ", bool hit, float llr, float expected, float of_object, float of_clutter, out f8[4] state")
 {
-    put(ARRAY(double, 9), update(STATE_FROM(0), BOOL(4), FLOAT(5), FLOAT(6), (HitRates){FLOAT(7), FLOAT(8)}));
+    put(ARRAY(double, 9), update(STATE_FROM(0), BOOL(4), FLOAT(5), FLOAT(6), (HitRates){FLOAT(7), FLOAT(8)}, 1.0));
 }
 
 KERNEL(existence_apply_likelihood_ratio, STATE ", float ratio, out f8[4] state")

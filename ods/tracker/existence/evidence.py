@@ -85,6 +85,7 @@ class ClutterStatistics:
 
     def __init__(self) -> None:
         self.values: Floats = np.zeros(LENGTH)
+        self.novelty = 1.0
 
     def save(self) -> list[float]:
         """Return the array, for a checkpoint."""
@@ -141,4 +142,4 @@ def update(
     echo = settings.echo
     rates = echo.silence_rate, echo.return_rate, echo.loss_rate, echo.detection_probability
     given = rates, settings.motion.static_prior
-    native.existence_update(table, seen, evidence, dt, *given, clutter.values, MODEL)
+    native.existence_update(table, seen, evidence, dt, clutter.novelty, *given, clutter.values, MODEL)
