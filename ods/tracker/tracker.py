@@ -10,6 +10,7 @@ from ods.tracker.association.match import match_scan
 from ods.tracker.association.registry import association_of
 from ods.tracker.existence import lifecycle
 from ods.tracker.existence.evidence import ClutterStatistics
+from ods.tracker.existence.coherence import Coherence
 from ods.tracker.life.judgement import judge
 from ods.tracker.life.management import Outcome, TrackManager
 from ods.tracker.map.map_object import MapObject
@@ -39,6 +40,7 @@ class Tracker:
         self._clutter, self._clutter_statistics = Clutter(settings.echo.clutter_per_scan), ClutterStatistics()
         self._manager = TrackManager(known or [], first_id, settings.echo.gate_sigmas)
         self._pose_noise = PoseNoise()
+        self._coherence = Coherence()
         self._t_ns: int | None = None
         self._scans = 0
 
@@ -96,12 +98,12 @@ class Tracker:
         tracks.mark_unobserved(since_ns * scan.skipped_pings // (scan.skipped_pings + 1))
         self._scans += 1
         vehicle = self._pose_noise.take(vehicle, scan.t_ns)
-        self._novel(vehicle)
         self._manager.wake(tracks, scan, vehicle)
         prediction = predict_scan(tracks, scan, vehicle, settings)
         tracks.mark_unobserved(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
         match = match_scan(scan, prediction, self._clutter, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
+        tracks.news = self._coherence.news(scan.echoes)
         states = judge(tracks, prediction, match, self._clutter_statistics, scan, settings)
         outcome = self._manager.manage(tracks, states, prediction, scan.utc_ns)
         if match.unexplained is not None:
@@ -109,18 +111,6 @@ class Tracker:
             births = echo.births_at_start if self._scans <= FIRST_SCANS else echo.births_per_scan
             tracks.start(match.unexplained, scan, births, match.new, self._clutter_statistics)
         return outcome
-
-    def _novel(self, vehicle):
-        import os
-        P0, A0, FL = (float(x) for x in os.environ.get("NOV", "0.05,0.01,0").split(","))
-        now = np.concatenate([vehicle.position, vehicle.rotation.ravel()])
-        last = getattr(self, "_lastpose", None)
-        self._lastpose = now
-        if last is None:
-            return
-        d = np.linalg.norm(now[:3] - last[:3]) / P0
-        a = 0.7071 * np.linalg.norm(now[3:] - last[3:]) / A0
-        self._clutter_statistics.novelty = max(min(1.0, float(np.hypot(d, a))), FL)
 
     def begin_again(self) -> Snapshot:
         """Drop all live objects, as they are not at their reported positions; return the confirmed ones that are gone.

@@ -19,7 +19,8 @@
       How often a track is seen tells an object from clutter. Neither rate is known beforehand: each is beta
       distributed and follows the track's own hits, so that the product over all scans is the ratio of two
       beta-binomial laws (J. G. Skellam, J. Royal Statistical Society B 10(2), 1948). The first echoes prove much, the
-      hundredth next to nothing (`hit_rate_ratio`).
+      hundredth next to nothing (`hit_rate_ratio`). From one place clutter is seen again as it was: of what rests, such
+      a scan counts in part (`look`), after the first few.
    3. What the echo looks like tells an object from clutter, too, and so does motion. Features, in the table FEATURE:
         onset         how sharply the echo sets in: how many of a track's echoes are sharp, beta-binomial
         leading edge  how likely it sets in as an object does, by the pipeline's network: mean of the last log-odds,
@@ -323,7 +324,7 @@ static double logit(double share)
 /* What is the same for all tracks of a scan, `dt` s after the one before. */
 typedef struct {
     double dt, detection_probability, crowding;
-    double novelty; /* of the image */
+    double news; /* share of the scan */
     Rates rates;
     const double *const *measured; /* of each feature, (n,) */
 } OfScan;
@@ -336,7 +337,7 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
     State state = predict(state_of(tracks, i), echoes, watched, of->dt, of->rates);
     const HitRates rates = hit_rate_ratio(tracks->hits[i], tracks->scans[i], of->detection_probability, of->crowding,
                                           prior->model);
-    const double look = tracks->scans[i] < prior->model->free_looks ? 1.0 : larger(of->novelty, 1.0 - at_rest[i]);
+    const double look = tracks->scans[i] < prior->model->free_looks ? 1.0 : larger(of->news, 1.0 - at_rest[i]);
     state = update(state, hit, evidence->llr[i], evidence->expected[i], rates, look);
     state = apply_features(tracks, i, state, of->measured, i, confirmed, prior);
     if (confirmed && share != tracks->clutter_share[i]) {
@@ -349,10 +350,10 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
     tracks->scans[i] += look * (hit ? 1.0 : watched);
 }
 
-/* Updates n tracks by a scan, `dt` seconds after the one before. */
+/* Updates n tracks by a scan, `dt` seconds after the one before; `news`: what share of it is (coherence.py). */
 KERNEL(existence_update,
        "out f8[17,n] tracks, i8[n] echoes, b1[n] confirmed, b1[n] hit, f8[5,n] evidence, f8[n] static, float dt, "
-       "float novelty, float silence, float recovery, float loss, float detection_probability, float static_prior, " COUNTS
+       "float news, float silence, float recovery, float loss, float detection_probability, float static_prior, " COUNTS
        ", " MODEL)
 {
     const int64_t n = SIZE(0, 1), *echoes = ARRAY(const int64_t, 1);

@@ -78,8 +78,8 @@ class ExistenceModel(NamedTuple):
     echo_memory: float = 0.98
     """The same of scans and their echoes: 7 s."""
 
-    free_looks: float = 3.0
-    """Scans of a track that count whole, though the sonar looks from the same place as before."""
+    free_looks: float = 8.0
+    """Scans of a track that count whole, though the sonar looks from the same place as before (`coherence.py`)."""
 
 
 EXISTENCE = ExistenceModel()
