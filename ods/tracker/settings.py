@@ -63,8 +63,8 @@ class EchoSettings(Settings, frozen=True):
     clutter_per_scan: Annotated[Positive, slider(0.01, 100.0, log=True)] = 1.0
     """Expected number of false alarms in a scan at the start; the tracker then estimates it."""
     births_per_scan: Annotated[Positive, slider(0.001, 1.0, log=True)] = 0.03
-    """Expected number of new objects in a scan. Its ratio to the number of false alarms decides how much evidence a new
-    object needs."""
+    """Expected number of new objects in a scan 0.15 s after the one before, in proportion to that time, at most 1. Its
+    ratio to the number of false alarms decides how much evidence a new object needs."""
     births_at_start: Annotated[Positive, slider(0.001, 5.0, log=True)] = 0.3
     """Expected number of new objects in each of the first two scans, where every object is new."""
     gate_sigmas: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 10.0, step=0.1)] = 4.0
@@ -74,7 +74,7 @@ class EchoSettings(Settings, frozen=True):
     return_rate: Annotated[Positive, slider(0.001, 1.0, log=True, unit="1/s")] = 0.1
     """Rate at which a silent object gives echoes again, 1/s."""
     loss_rate: Annotated[Positive, slider(1e-5, 0.1, log=True, unit="1/s")] = 1e-3
-    """Rate at which an object ceases to exist, 1/s."""
+    """Rate at which an object in view ceases to exist, 1/s."""
 
 
 class LifeSettings(Settings, frozen=True):

@@ -26,6 +26,10 @@ from ods.tracker.track.tracks import Tracks
 
 FIRST_SCANS = 2
 """Number of scans after the start in which all objects are new: one may be missed in the very first."""
+BIRTHS_PERIOD_S = 0.15
+"""Time since the scan before for which `births_per_scan` holds."""
+LEAST_BIRTHS, MOST_BIRTHS = 0.01, 1.0
+"""Least of these that count, as two scans of one instant may bring new objects, too; and most new objects a scan."""
 
 
 class Tracker:
@@ -107,10 +111,16 @@ class Tracker:
         states = judge(tracks, prediction, match, self._clutter_statistics, scan, settings)
         outcome = self._manager.manage(tracks, states, prediction, scan.utc_ns)
         if match.unexplained is not None:
-            echo = settings.echo
-            births = echo.births_at_start if self._scans <= FIRST_SCANS else echo.births_per_scan
+            births = self._births(since_ns / NS)
             tracks.start(match.unexplained, scan, births, match.new, self._clutter_statistics)
         return outcome
+
+    def _births(self, since_s: float) -> float:
+        """Return the number of new objects that is expected in a scan, so long after the one before."""
+        echo = self.settings.echo
+        if self._scans <= FIRST_SCANS:
+            return echo.births_at_start
+        return min(echo.births_per_scan * max(since_s / BIRTHS_PERIOD_S, LEAST_BIRTHS), MOST_BIRTHS)
 
     def begin_again(self) -> Snapshot:
         """Drop all live objects, as they are not at their reported positions; return the confirmed ones that are gone.

@@ -112,14 +112,14 @@ static void add(const Echo *echoes, int64_t count, double a_count, Heard *heard)
 }
 
 /* Lets votes (steps,), the share of the last pings that show a way longer by (k + 1) * step_m, rise and fall by such
-   weights; returns the largest. Of a way that is told, or beside one, a body is enough, and where none is to show it
+   weights; returns the largest. Of a way that is reported, or beside one, a body is enough, and where none is to show it
    only `idle` of the vote is lost. a_count: of an echo's amplitude; weaker_db (steps,): by how much echoes are weaker. */
 KERNEL_FLOAT(vote_for_ways, ECHO "[found] echoes, " ECHO "[few] faint, float a_count, float far_m, float from_db, "
-                            "float step_m, float rise, float fall, float idle, b1[steps] told, out f8[steps] votes, "
+                            "float step_m, float rise, float fall, float idle, b1[steps] reported, out f8[steps] votes, "
                             "out f8[steps] weaker_db")
 {
     const int64_t count = SIZE(0, 0) + SIZE(1, 0), steps = SIZE(10, 0);
-    const bool *told = ARRAY(const bool, 9);
+    const bool *reported = ARRAY(const bool, 9);
     double *votes = ARRAY(double, 10), *weaker_db = ARRAY(double, 11), largest = 0.0;
     int64_t bodies[MOST_BODIES];
     bool *marks = ZEROS(bool, count);
@@ -130,14 +130,14 @@ KERNEL_FLOAT(vote_for_ways, ECHO "[found] echoes, " ECHO "[few] faint, float a_c
     const int64_t of_bodies = find_bodies(heard, count, bodies);
     const int64_t of_pairs = find_pairs(heard, count, bodies, of_bodies, pairs);
     for (int64_t k = 0; k < steps; k++) {
-        const bool known = told[k] || (k > 0 && told[k - 1]) || (k + 1 < steps && told[k + 1]);
-        const Way way = {(double)(k + 1) * FLOAT(5), told[k] ? weaker_db[k] : NAN, FLOAT(3), FLOAT(4)};
+        const bool known = reported[k] || (k > 0 && reported[k - 1]) || (k + 1 < steps && reported[k + 1]);
+        const Way way = {(double)(k + 1) * FLOAT(5), reported[k] ? weaker_db[k] : NAN, FLOAT(3), FLOAT(4)};
         const Said said = said_by(heard, bodies, of_bodies, pairs, of_pairs, way, marks);
         if (said.shown >= (known ? 1 : FEWEST) && (double)said.shown >= SHARE * (double)said.expected) {
             votes[k] += FLOAT(6) * (1.0 - votes[k]);
-            weaker_db[k] += (told[k] ? FLOAT(6) : 1.0) * (said.weaker_db - weaker_db[k]);
+            weaker_db[k] += (reported[k] ? FLOAT(6) : 1.0) * (said.weaker_db - weaker_db[k]);
         } else {
-            votes[k] -= (told[k] && said.expected == 0 ? FLOAT(8) : FLOAT(7)) * votes[k];
+            votes[k] -= (reported[k] && said.expected == 0 ? FLOAT(8) : FLOAT(7)) * votes[k];
         }
         largest = larger(largest, votes[k]);
     }

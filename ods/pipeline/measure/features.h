@@ -12,10 +12,10 @@
 /* Widths of a point; nothing is taken to be shorter or narrower. */
 #define LEAST_EXTENT 0.25
 
-/* Fills told (FEATURES,) with the features of an echo, of which levels, extents and circle are filled in, in the order
+/* Fills values (FEATURES,) with the features of an echo, of which levels, extents and circle are filled in, in the order
    of features.Features. point_m: width of a point along the line of sight; dr_m: the columns' spacing. */
 static inline void find_features(const Echo *echo, const Depth *depth, const Shape *shape, double point_m, double dr_m,
-                                 double *told)
+                                 double *filled)
 {
     const double least = LEAST_EXTENT * point_m;
     const double long_m = larger(least, shape->long_m), wide_m = larger(least, shape->wide_m);
@@ -37,7 +37,7 @@ static inline void find_features(const Echo *echo, const Depth *depth, const Sha
         held((double)echo->cells * dr_m / (shape->beams * larger(dr_m, echo->range_extent_m)), 0.0, 1.0),
         log(held(shape->contrast, 1.0, 12.0)),
     };
-    memcpy(told, values, sizeof values);
+    memcpy(filled, values, sizeof values);
 }
 
 #endif

@@ -94,8 +94,8 @@ double width_of_response(const float *image, int64_t beams, int64_t columns, dou
         }
     if (count == 0)
         return 0.0;
-    const double told = ranked(ratios, count, (int64_t)(LEAST_SHARE * (double)count));
-    const double shared = root(smaller(WIDEST, larger(NARROWEST, told)));
+    const double measured = ranked(ratios, count, (int64_t)(LEAST_SHARE * (double)count));
+    const double shared = root(smaller(WIDEST, larger(NARROWEST, measured)));
     return larger(LEAST_POINT, FULL_WIDTH * 0.5 / sqrt(-log(shared)));
 }
 

@@ -82,9 +82,9 @@ static inline void find_outputs(const double *features, Law law, double *sums)
 }
 
 /* Returns the standard deviation, m, of which the law tells the logarithm of the variance, in widths of a point. */
-static inline double sigma_m(double told, double point_m, double least)
+static inline double sigma_m(double log_variance, double point_m, double least)
 {
-    const double logarithm = 0.5 * told;
+    const double logarithm = 0.5 * log_variance;
     return larger(least, point_m * exp(smaller(MOST_LOG, larger(LEAST_LOG, logarithm))));
 }
 
@@ -94,14 +94,14 @@ static inline double sigma_m(double told, double point_m, double least)
 static inline Sigmas sigmas_of_features(const double *features, const Laws *laws, double point_m, double beside_m,
                                         double range_m, double dr_m)
 {
-    double told[3], along[1];
-    find_outputs(features, laws->sigmas, told);
+    double log_variances[3], along[1];
+    find_outputs(features, laws->sigmas, log_variances);
     find_outputs(features, laws->range, along);
     const double least = ROUNDING * dr_m;
-    const double across = larger(least, smaller(beside_m, sigma_m(told[2], point_m, least)));
+    const double across = larger(least, smaller(beside_m, sigma_m(log_variances[2], point_m, least)));
     return (Sigmas){
-        .near_m = sigma_m(told[0], point_m, least), .range_m = sigma_m(along[0], point_m, least),
-        .radius_m = sigma_m(told[1], point_m, least), .bearing_rad = across / larger(NEAREST_M, range_m),
+        .near_m = sigma_m(log_variances[0], point_m, least), .range_m = sigma_m(along[0], point_m, least),
+        .radius_m = sigma_m(log_variances[1], point_m, least), .bearing_rad = across / larger(NEAREST_M, range_m),
     };
 }
 

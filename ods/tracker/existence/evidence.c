@@ -40,8 +40,9 @@
 #include "ods/tracker/existence/evidence.h"
 #include "ods/tracker/measurement/scan.h"
 
-/* A track seen once is lost so many times sooner than an old one; the excess falls with the number of echoes. */
-#define YOUNG 300.0
+/* Share of the tracks with one echo that each scan of their place ends, as errors of association; with more echoes
+   there are fewer of these. */
+#define YOUNG 0.045
 /* Keeps quotients finite. */
 #define SMALLEST 1e-300
 /* A miss is never more certain than this. */
@@ -100,14 +101,14 @@ static State normalized(double visible, double silent, double nothing, double cl
 
 /* Returns the state `dt` seconds later.
 
-   `watched`: share of the time that the track was in the sonar's view: only there does it fall silent or return.
-   `echoes`: so far; a young track is more often an error of association, and in view is lost sooner. */
+   `watched`: share of the time that the track was in the sonar's view: only there does it fall silent, return, or get
+   lost: a map does not forget what nobody looks at. `echoes`: so far. */
 static State predict(State state, int64_t echoes, double watched, double dt, Rates rates)
 {
     const double time = dt * watched;
     const double falls_silent = state.visible * -expm1(-rates.silence * time);
     const double returns = state.silent * -expm1(-rates.recovery * time);
-    const double lost = -expm1(-rates.loss * (dt + time * YOUNG / (double)echoes));
+    const double lost = -expm1(-(rates.loss * time + watched * YOUNG / (double)echoes));
     const double moved = returns - falls_silent;
     return (State){(1.0 - lost) * (state.visible + moved), (1.0 - lost) * (state.silent - moved),
                    state.nothing + lost * (state.visible + state.silent), state.clutter};

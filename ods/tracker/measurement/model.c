@@ -1,7 +1,7 @@
 /* Between the sonar's polar measurements and the global frame: eq. 1 with the pose at the ping, and its covariance.
 
    The fan has no resolution in elevation: a measurement is a range and a bearing, and a vertical interval. Where the
-   object is, north and east, follows only for a given height: what is measured is a curve, told as a parabola in
+   object is, north and east, follows only for a given height: what is measured is a curve, given as a parabola in
    height. */
 
 #include "ods/tracker/measurement/arctangent.h"
@@ -188,8 +188,8 @@ static Curve curve_at(Ned place, Turned bearing, const MatrixRow *rotation)
                             (cosine * rotation[1][0] + sine * rotation[1][1]) * y +
                             (cosine * rotation[2][0] + sine * rotation[2][1]) * z;
     const double slant = larger(NEAREST_M, sqrt(x * x + y * y + z * z));
-    const double told = x * n_e - y * n_n;
-    const double determinant = copysign(larger(fabs(told), STEEPEST * slant), told);
+    const double cross = x * n_e - y * n_n;
+    const double determinant = copysign(larger(fabs(cross), STEEPEST * slant), cross);
     const double away[2] = {n_e / determinant, -n_n / determinant};
     const double aside[2] = {-y / determinant, x / determinant};
     const double by_height[2] = {-away[0] * z - aside[0] * n_d, -away[1] * z - aside[1] * n_d};

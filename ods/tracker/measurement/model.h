@@ -20,7 +20,7 @@ static inline PredictedMeasurement predicted_rows(double *table, int64_t count)
 }
 
 /* What the ping does not see, but the horizontal place depends on: the height, its square, the bias of the attitude, and
-   what earlier pings were told by, how much the height changes. */
+   what earlier pings were related by, how much the height changes. */
 enum { HEIGHT, BEND, ATTITUDE, CLIMB, UNSEEN };
 
 /* Echoes converted to positions in the global frame, with their noise (see model.py). */

@@ -22,13 +22,13 @@
 typedef struct {
     double north, east;
     double nn, ee, ne; /* by how much its variance north, east, and the covariance are larger, m^2 */
-    double square;     /* of the distance, over its covariance; -infinity where nothing can be told */
+    double square;     /* of the distance, over its covariance; -infinity where nothing can be known */
 } Away;
 
 /* Height and its square, on which places depend, of an object at rest. */
 typedef struct {
-    double lower;                     /* by how much the height is more than what the hypotheses that move are told for, */
-    double square;                    /* and its square than what that at rest is told for */
+    double lower;                     /* by how much the height is more than what the hypotheses that move are reported for, */
+    double square;                    /* and its square than what that at rest is reported for */
     double variance, square_variance; /* of both */
 } RestingHeight;
 
@@ -57,9 +57,9 @@ static inline Away away_from(const Estimated *rest, const Estimated *moving, Res
         all_ne += more.north * more.east * variance[c];
     }
     const double determinant = all_nn * all_ee - all_ne * all_ne;
-    const bool untold = nn <= LEAST_MORE * rest->nn || ee <= LEAST_MORE * rest->ee || determinant <= 0.0;
+    const bool unknown = nn <= LEAST_MORE * rest->nn || ee <= LEAST_MORE * rest->ee || determinant <= 0.0;
     const double square = squared((Two){north, east}, all_nn, all_ee, all_ne) / determinant;
-    return (Away){north, east, nn, ee, ne, untold ? -INFINITY : square};
+    return (Away){north, east, nn, ee, ne, unknown ? -INFINITY : square};
 }
 
 #endif

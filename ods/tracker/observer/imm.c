@@ -40,7 +40,7 @@ static inline Column unseen_of(const Tables *tables, int64_t h, int64_t i)
     return column_of(tables->unseen + h * UNSEEN * STATE * tables->n, tables->n, i);
 }
 
-/* ---------------------------------------------------------------- new objects, and what is told of all */
+/* ---------------------------------------------------------------- new objects, and what is reported of all */
 
 /* Sets k objects from `first` on. */
 KERNEL(imm_start, TABLES ", int first, f8[2,k] position, f8[2,k] variance, f8[k] covariance_ne, f8[4,2,k] sensitivity, "
@@ -49,7 +49,8 @@ KERNEL(imm_start, TABLES ", int first, f8[2,k] position, f8[2,k] variance, f8[k]
     const Tables tables = TABLES_AT(0);
     const int64_t first = INT(4), count = SIZE(7, 0);
     const double *position = ARRAY(const double, 5), *variance = ARRAY(const double, 6);
-    const double *covariance_ne = ARRAY(const double, 7), *told = ARRAY(const double, 8), *usual = ARRAY(const double, 9);
+    const double *covariance_ne = ARRAY(const double, 7), *sensitivity = ARRAY(const double, 8);
+    const double *usual = ARRAY(const double, 9);
     if (first < 0 || first + count > tables.n)
         return;
     for (int64_t k = 0; k < count; k++) {
@@ -63,7 +64,7 @@ KERNEL(imm_start, TABLES ", int first, f8[2,k] position, f8[2,k] variance, f8[k]
             ud_start(filter_of(&tables, h, i), place, h == RESTING ? 0.0 : FLOAT(10));
             for (int c = 0; c < UNSEEN; c++)
                 for (int axis = 0; axis < 2; axis++)
-                    BY(unseen, c, axis) = told[(2 * c + axis) * count + k];
+                    BY(unseen, c, axis) = sensitivity[(2 * c + axis) * count + k];
         }
     }
 }
@@ -350,12 +351,13 @@ static void correct(Lanes *own, const PositionMeasurement *measured, const Heigh
         lower(s, unseen, heights->step[g * measured->count + k + l]);
         const Fix fix = fix_of(measured, k + l, heights, g);
         const Place place = place_of(s);
-        const Innovation told = innovation(unseen, &place, &fix);
-        const Gain gain = ud_update(s, told.north, told.east, fix.variance_north, fix.variance_east, fix.covariance_ne);
-        correct_unseen(unseen, &gain, &told, &fix);
-        distance[l] = told.distance, determinant[l] = told.determinant;
-        answer->step[l] = told.step, answer->variance[l] = told.variance;
-        answer->square[l] = told.square, answer->square_variance[l] = told.square_variance;
+        const Innovation residual = innovation(unseen, &place, &fix);
+        const Gain gain =
+            ud_update(s, residual.north, residual.east, fix.variance_north, fix.variance_east, fix.covariance_ne);
+        correct_unseen(unseen, &gain, &residual, &fix);
+        distance[l] = residual.distance, determinant[l] = residual.determinant;
+        answer->step[l] = residual.step, answer->variance[l] = residual.variance;
+        answer->square[l] = residual.square, answer->square_variance[l] = residual.square_variance;
     }
     for (int64_t l = 0; l < lanes; l++)
         answer->log_likelihood[l] = log_likelihood(distance[l], determinant[l]);

@@ -125,13 +125,13 @@ static Innovation correct(const Tables *t, int h, int64_t i, const Fix *fix)
     const int64_t n = t->n;
     const Column unseen = column_of(t->unseen + h * UNSEEN * STATE * n, n, i);
     const Place place = {t->place[h][i], t->place[h][n + i], t->variance[h][i], t->variance[h][n + i], t->both[h][i]};
-    const Innovation told = innovation(unseen, &place, fix);
-    const AxisGain north = correct_axis(t, h, i, told.north, fix->variance_north);
-    const AxisGain east = correct_axis(t, h, n + i, told.east, fix->variance_east);
+    const Innovation residual = innovation(unseen, &place, fix);
+    const AxisGain north = correct_axis(t, h, i, residual.north, fix->variance_north);
+    const AxisGain east = correct_axis(t, h, n + i, residual.east, fix->variance_east);
     const Gain gain = {{north.place, 0.0, north.velocity, 0.0}, {0.0, east.place, 0.0, east.velocity}};
     correct_together(t, h, i, &gain, fix->covariance_ne);
-    correct_unseen(unseen, &gain, &told, fix);
-    return told;
+    correct_unseen(unseen, &gain, &residual, fix);
+    return residual;
 }
 
 /* Updates all filters of `rows`, in place, and fills the (5, 2, k) table of `Learned`. */
@@ -149,11 +149,11 @@ KERNEL(independent_update, TABLES ", i8[k] rows, " POSITION_MEASUREMENT ", f8[5,
             const int64_t at = h * count + k;
             lower(&t, h, rows[k], heights.step[at]);
             const Fix fix = fix_of(&measured, k, &heights, h);
-            const Innovation told = correct(&t, h, rows[k], &fix);
-            learned.log_likelihood[at] = log_likelihood(told.distance, told.determinant);
-            learned.step[at] = told.step, learned.variance[at] = told.variance;
-            learned.square[at] = told.square, learned.square_variance[at] = told.square_variance;
-            lower(&t, h, rows[k], told.step);
+            const Innovation residual = correct(&t, h, rows[k], &fix);
+            learned.log_likelihood[at] = log_likelihood(residual.distance, residual.determinant);
+            learned.step[at] = residual.step, learned.variance[at] = residual.variance;
+            learned.square[at] = residual.square, learned.square_variance[at] = residual.square_variance;
+            lower(&t, h, rows[k], residual.step);
         }
 }
 

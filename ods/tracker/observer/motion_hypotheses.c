@@ -75,7 +75,7 @@ KERNEL(all_static, "f8[n] odds, out f8[n] static")
         ARRAY(double, 1)[i] = probability(ARRAY(const double, 0)[i]);
 }
 
-/* ---------------------------------------------------------------- what is told of the objects */
+/* ---------------------------------------------------------------- what is reported of the objects */
 
 /* How an object at rest creeps, (n,) each. */
 typedef struct {
@@ -137,23 +137,23 @@ static Creep creep(const CommonState *s, const HorizontalState *where)
 /* What `Belief` begins with, of all hypotheses. */
 typedef struct {
     double *weight, *position, *variance, *by_height, *shared;
-} Told;
+} Reported;
 
 /* Tells of all objects by hypothesis h, but for the weight. */
-static void tell(const CommonState *s, const HorizontalState *where, int64_t h, const Told *told)
+static void report(const CommonState *s, const HorizontalState *where, int64_t h, const Reported *reported)
 {
     const int64_t n = where->n;
     const double *height = h == RESTING ? s->rest_height : s->height;
     const double *height_variance = h == RESTING ? s->rest_height_variance : s->height_variance;
     const double *height_square = h == RESTING ? s->rest_square : s->square;
     const double *square_variance = h == RESTING ? s->rest_square_variance : s->square_variance;
-    double *unseen = where->unseen + h * UNSEEN * STATE * n, *shared = told->shared + 3 * h * n;
+    double *unseen = where->unseen + h * UNSEEN * STATE * n, *shared = reported->shared + 3 * h * n;
     const size_t row = (size_t)n * sizeof(double);
-    memcpy(told->position + 3 * h * n, where->position + 2 * h * n, 2 * row);
-    memcpy(told->position + (3 * h + 2) * n, height, row);
-    memcpy(told->variance + 3 * h * n, where->variance + 2 * h * n, 2 * row);
-    memcpy(told->variance + (3 * h + 2) * n, height_variance, row);
-    memcpy(told->by_height + 2 * h * n, unseen + HEIGHT * STATE * n, 2 * row);
+    memcpy(reported->position + 3 * h * n, where->position + 2 * h * n, 2 * row);
+    memcpy(reported->position + (3 * h + 2) * n, height, row);
+    memcpy(reported->variance + 3 * h * n, where->variance + 2 * h * n, 2 * row);
+    memcpy(reported->variance + (3 * h + 2) * n, height_variance, row);
+    memcpy(reported->by_height + 2 * h * n, unseen + HEIGHT * STATE * n, 2 * row);
 #pragma GCC ivdep
     for (int64_t i = 0; i < n; i++) {
         const double bend = square_variance[i] + square(height_square[i]);
@@ -171,20 +171,20 @@ KERNEL(hypotheses, COMMON_STATE ", " HORIZONTAL_STATE ", out f8[hypotheses,n] we
     const HorizontalState where = horizontal_from(arguments, 1);
     const int64_t n = where.n;
     const CommonState s = common_rows(ARRAY(double, 0), n);
-    const Told told = {ARRAY(double, 6), ARRAY(double, 7), ARRAY(double, 8), ARRAY(double, 9), ARRAY(double, 10)};
+    const Reported reported = {ARRAY(double, 6), ARRAY(double, 7), ARRAY(double, 8), ARRAY(double, 9), ARRAY(double, 10)};
     if (where.models < 0)
         return;
     for (int64_t h = 0; h <= where.models; h++)
-        tell(&s, &where, h, &told);
+        report(&s, &where, h, &reported);
     for (int64_t i = 0; i < n; i++)
-        told.weight[i] = probability(s.odds[i]);
+        reported.weight[i] = probability(s.odds[i]);
     for (int64_t h = 1; h <= where.models; h++)
         for (int64_t i = 0; i < n; i++)
-            told.weight[h * n + i] = (1.0 - told.weight[i]) * where.share[(h - 1) * n + i];
+            reported.weight[h * n + i] = (1.0 - reported.weight[i]) * where.share[(h - 1) * n + i];
     const Creep creeps = creep(&s, &where);
-    double *shared = told.shared + 3 * RESTING * n;
+    double *shared = reported.shared + 3 * RESTING * n;
     for (int64_t i = 0; i < n; i++) {
-        if (told.weight[i] == 1.0)
+        if (reported.weight[i] == 1.0)
             continue;
         shared[i] += creeps.chance[i] * creeps.nn[i];
         shared[n + i] += creeps.chance[i] * creeps.ee[i];
@@ -267,12 +267,12 @@ KERNEL(velocities, COMMON_STATE ", " HORIZONTAL_STATE ", f8[2,n] mean, f8[2,n] s
    Each ping tells the same once more, so that it must not count as new each time: a height inside the fan's interval
    stays, one outside moves to its edge, and the variance is at most that of an object anywhere in the interval, about
    that height. */
-static void into_fan(const Heights *told, int64_t k, double height, double variance, double middle, double half)
+static void into_fan(const Heights *heights, int64_t k, double height, double variance, double middle, double half)
 {
     const double now = smaller(larger(height, middle - half), middle + half);
-    told->height[k] = now;
-    told->variance[k] = smaller(variance + square(now - height), half * half / 3.0 + square(now - middle));
-    told->step[k] = now - height;
+    heights->height[k] = now;
+    heights->variance[k] = smaller(variance + square(now - height), half * half / 3.0 + square(now - middle));
+    heights->step[k] = now - height;
 }
 
 /* Fills the fields of `Heights`, (5, 2, k): at rest, and moving. */
@@ -281,15 +281,15 @@ KERNEL(in_fan, COMMON_STATE ", i8[k] rows, f8[k] middle, f8[k] half, out f8[5,2,
     const int64_t n = SIZE(0, 1), count = SIZE(1, 0), *rows = ARRAY(const int64_t, 1);
     const CommonState s = common_rows(ARRAY(double, 0), n);
     const double *middle = ARRAY(const double, 2), *half = ARRAY(const double, 3);
-    const Heights told = height_rows(ARRAY(double, 4), count);
+    const Heights heights = height_rows(ARRAY(double, 4), count);
     if (!all_inside(rows, count, n))
         return;
     for (int64_t k = 0; k < count; k++) {
         const int64_t i = rows[k];
-        into_fan(&told, k, s.rest_height[i], s.rest_height_variance[i], middle[k], half[k]);
-        into_fan(&told, count + k, s.height[i], s.height_variance[i], middle[k], half[k]);
-        told.square[k] = s.rest_square[i], told.square_variance[k] = s.rest_square_variance[i];
-        told.square[count + k] = s.square[i], told.square_variance[count + k] = s.square_variance[i];
+        into_fan(&heights, k, s.rest_height[i], s.rest_height_variance[i], middle[k], half[k]);
+        into_fan(&heights, count + k, s.height[i], s.height_variance[i], middle[k], half[k]);
+        heights.square[k] = s.rest_square[i], heights.square_variance[k] = s.rest_square_variance[i];
+        heights.square[count + k] = s.square[i], heights.square_variance[count + k] = s.square_variance[i];
     }
 }
 
@@ -341,8 +341,8 @@ KERNEL_INT(common_update, "out " COMMON_STATE ", i8[k] rows, f8[k] radius, f8[k]
         learn_height(&s, i, &heights, &learned, k, moving, FLOAT(9));
         s.pose_north[i] = pose_variance[0], s.pose_east[i] = pose_variance[1];
         const AxisState size = {s.radius[i], 0.0, s.radius_variance[i], 0.0, 0.0};
-        const AxisState told = axis_corrected(size, radius[k], radius_variance[k]);
-        s.radius[i] = told.position, s.radius_variance[i] = told.variance;
+        const AxisState corrected = axis_corrected(size, radius[k], radius_variance[k]);
+        s.radius[i] = corrected.position, s.radius_variance[i] = corrected.variance;
         if (odds < FLOAT(10)) {
             rest_here(&s, i);
             disproved[found++] = i;

@@ -29,7 +29,7 @@
 /* By a tilt of so many standard deviations of its noise the vehicle may not have tilted at all. */
 #define NOISE_SIGMAS 2.0
 /* Keeps 0 / 0 out of what a measurement says that tells nothing. */
-#define LEAST_TOLD 1e-300
+#define LEAST_INFORMATION 1e-300
 
 /* Derivative by what is unseen, `c`, of a row of the state. */
 #define BY(unseen, c, row) AT(unseen, (c) * STATE + (row))
@@ -117,10 +117,10 @@ static inline void carry_on(double *table, int64_t n, double dt, double climb)
 static inline Fix fix_of(const PositionMeasurement *measured, int64_t k, const Heights *heights, int g)
 {
     const int64_t count = measured->count, at = g * count + k;
-    const double *told = measured->sensitivity + k;
-#define TOLD(c) ((Two){told[2 * (c) * count], told[(2 * (c) + 1) * count]})
-    const Two by_height = TOLD(HEIGHT), bend = TOLD(BEND), by_attitude = TOLD(ATTITUDE);
-#undef TOLD
+    const double *slopes = measured->sensitivity + k;
+#define SLOPE(c) ((Two){slopes[2 * (c) * count], slopes[(2 * (c) + 1) * count]})
+    const Two by_height = SLOPE(HEIGHT), bend = SLOPE(BEND), by_attitude = SLOPE(ATTITUDE);
+#undef SLOPE
     const double lower = heights->height[at] - measured->height[k];
     return (Fix){
         .north = measured->position[k] + (by_height.north + bend.north * lower) * lower,
@@ -140,9 +140,9 @@ static inline Fix fix_of(const PositionMeasurement *measured, int64_t k, const H
 }
 
 /* Lets the derivatives by c follow those of the measurement. */
-static inline void follow(Column unseen, int c, const Gain *gain, Two told)
+static inline void follow(Column unseen, int c, const Gain *gain, Two slope)
 {
-    const double north = told.north - BY(unseen, c, NORTH), east = told.east - BY(unseen, c, EAST);
+    const double north = slope.north - BY(unseen, c, NORTH), east = slope.east - BY(unseen, c, EAST);
     for (int row = 0; row < STATE; row++)
         BY(unseen, c, row) += gain->north[row] * north + gain->east[row] * east;
 }
@@ -160,31 +160,31 @@ static inline void turn(Column unseen, double angle)
 }
 
 /* Corrects the derivatives as the filter corrects its states. */
-static inline void correct_unseen(Column unseen, const Gain *gain, const Innovation *told, const Fix *fix)
+static inline void correct_unseen(Column unseen, const Gain *gain, const Innovation *residual, const Fix *fix)
 {
     follow(unseen, HEIGHT, gain, fix->by_height);
     follow(unseen, BEND, gain, fix->bend);
     follow(unseen, ATTITUDE, gain, fix->by_attitude);
     follow(unseen, CLIMB, gain, (Two){0.0, 0.0});
-    const double north = gain->north[NORTH] * told->north + gain->east[NORTH] * told->east;
-    const double east = gain->north[EAST] * told->north + gain->east[EAST] * told->east;
+    const double north = gain->north[NORTH] * residual->north + gain->east[NORTH] * residual->east;
+    const double east = gain->north[EAST] * residual->north + gain->east[EAST] * residual->east;
     turn(unseen, north * fix->azimuth.north + east * fix->azimuth.east);
 }
 
 /* Returns the share that counts of what a measurement says of the height, so that it leaves `alike` of `variance`.
    A climb looks like an error of the height of the variance `alike`, the same at each ping: it does not average away.
-   `told`: what the measurement would take off the variance, over its square. */
-static inline double beyond(double variance, double told, double alike)
+   `information`: what the measurement would take off the variance, over its square. */
+static inline double beyond(double variance, double information, double alike)
 {
-    const double taken = variance * smaller(variance * told, 1.0);
-    return smaller(larger(variance - alike, 0.0) / larger(taken, LEAST_TOLD), 1.0);
+    const double taken = variance * smaller(variance * information, 1.0);
+    return smaller(larger(variance - alike, 0.0) / larger(taken, LEAST_INFORMATION), 1.0);
 }
 
-/* Returns the share that counts of what is told of the height by looking from another direction, which changes the
+/* Returns the share that counts of what is learned of the height by looking from another direction, which changes the
    derivative by the root of `changed`: the noise of the tilt changes it, too, and tells nothing. */
 static inline double more_than_noise(double changed, double tilt_variance)
 {
-    return larger(1.0 - square(NOISE_SIGMAS) * tilt_variance / larger(changed, LEAST_TOLD), 0.0);
+    return larger(1.0 - square(NOISE_SIGMAS) * tilt_variance / larger(changed, LEAST_INFORMATION), 0.0);
 }
 
 /* Returns a' S^-1 a times the determinant of S. */
@@ -213,18 +213,20 @@ static inline Innovation innovation(Column unseen, const Place *place, const Fix
     const double new_north = north - bend.north * fix->square, new_east = east - bend.east * fix->square;
     const double whitened_north = (s_ee * new_north - s_ne * new_east) * inverse;
     const double whitened_east = (s_nn * new_east - s_ne * new_north) * inverse;
-    const double told = squared(by, s_nn, s_ee, s_ne) * inverse, told_bend = squared(bend, s_nn, s_ee, s_ne) * inverse;
+    const double information = squared(by, s_nn, s_ee, s_ne) * inverse;
+    const double information_bend = squared(bend, s_nn, s_ee, s_ne) * inverse;
     const double climbed = square(climb.north) + square(climb.east), lower = square(by.north) + square(by.east);
-    const double part = more_than_noise(lower, fix->tilt_variance) * beyond(spread, told, climbed / larger(lower, LEAST_TOLD));
+    const double alike = climbed / larger(lower, LEAST_INFORMATION);
+    const double part = more_than_noise(lower, fix->tilt_variance) * beyond(spread, information, alike);
     return (Innovation){
         .north = north,
         .east = east,
         .distance = new_north * whitened_north + new_east * whitened_east,
         .determinant = determinant,
         .step = part * spread * (by.north * whitened_north + by.east * whitened_east),
-        .variance = spread * (1.0 - part * smaller(spread * told, 1.0)),
+        .variance = spread * (1.0 - part * smaller(spread * information, 1.0)),
         .square = fix->square + bent * (bend.north * whitened_north + bend.east * whitened_east),
-        .square_variance = bent * larger(1.0 - bent * told_bend, 0.0),
+        .square_variance = bent * larger(1.0 - bent * information_bend, 0.0),
     };
 }
 

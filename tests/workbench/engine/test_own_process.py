@@ -1,6 +1,7 @@
-"""Work in a process of its own: its result, its errors and how far it is come here; it can be given up."""
+"""Work in a process of its own: its result, errors and progress come here; it can be given up."""
 
 import os
+import time
 from functools import partial
 
 import pytest
@@ -11,19 +12,19 @@ from ods.workbench.engine.background.own_process import GoesOn, OwnProcess, in_o
 
 
 def keeping(shares: list[float], most: int = 1_000_000) -> GoesOn:
-    """Return what keeps the shares that are told, and gives up after so many."""
+    """Return what keeps the shares that are reported, and gives up after so many."""
 
-    def tell(share: float) -> bool:
+    def report(share: float) -> bool:
         shares.append(share)
         return len(shares) < most
 
-    return tell
+    return report
 
 
-def steps(tell: GoesOn, count: int) -> tuple[int, int]:
+def steps(report: GoesOn, count: int) -> tuple[int, int]:
     """Return where it ran, and how many steps were done."""
     for done in range(1, count + 1):
-        if not tell(done / count):
+        if not report(done / count):
             return os.getpid(), done
     return os.getpid(), count
 
@@ -32,9 +33,9 @@ class Counting:
     def __init__(self, count: int) -> None:
         self.count = count
 
-    def __call__(self, tell: GoesOn, more: int) -> tuple[int, int]:
+    def __call__(self, report: GoesOn, more: int) -> tuple[int, int]:
         self.count += more
-        tell(1.0)
+        report(1.0)
         return os.getpid(), self.count
 
 
@@ -54,7 +55,13 @@ def dies(_: GoesOn) -> None:
     os._exit(3)
 
 
-def test_it_runs_elsewhere_tells_how_far_it_is_and_can_be_given_up() -> None:
+def hangs_once(_: GoesOn, hangs: bool) -> int:
+    if hangs:
+        time.sleep(3600.0)
+    return os.getpid()
+
+
+def test_it_runs_elsewhere_reports_progress_and_can_be_given_up() -> None:
     shares: list[float] = []
     process, done = in_own_process(steps, keeping(shares, most=3), 10)
     assert process != os.getpid()
@@ -65,7 +72,7 @@ def test_it_runs_elsewhere_tells_how_far_it_is_and_can_be_given_up() -> None:
 @pytest.mark.parametrize(
     ("error", "why"), [(OdsError("a.npz: no pings"), "^a.npz: no pings$"), (ValueError("bad"), "^ValueError: bad$")]
 )
-def test_its_errors_are_told_here(error: Exception, why: str) -> None:
+def test_its_errors_are_raised_here(error: Exception, why: str) -> None:
     with pytest.raises(OdsError, match=why):
         in_own_process(fails, whole, error)
 
@@ -103,6 +110,20 @@ def test_what_the_page_began_with_is_done_there_first(monkeypatch: pytest.Monkey
     assert in_own_process(niceness, whole) == 7
 
 
-def test_one_that_is_killed_is_told() -> None:
+def test_one_that_is_killed_is_reported() -> None:
     with pytest.raises(OdsError, match="ended before its time"):
         in_own_process(dies, whole)
+
+
+def test_one_that_hangs_is_killed_and_the_next_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    process = OwnProcess(hangs_once)
+    first = process(whole, False)
+    monkeypatch.setattr(own_process, "SILENT_S", 0.2)
+    monkeypatch.setattr(own_process, "ENDING_S", 0.2)
+    with pytest.raises(OdsError, match="hangs: no progress in 0 s"):
+        process(whole, True)
+    with pytest.raises(ProcessLookupError):
+        os.kill(first, 0)
+    monkeypatch.undo()
+    assert process(whole, False) != first
+    process.end()

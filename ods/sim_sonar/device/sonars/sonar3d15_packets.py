@@ -35,17 +35,17 @@ def range_image(says: ImageSays, ranges_m: Floats32) -> bytes:
     rows, columns = numbers.shape
     image = _integer(5, columns) + _integer(6, rows) + _opening(7, says)
     image += _real(9, says.scale_m) + _bytes(10, _varints(numbers.ravel()))
-    return _packet("RangeImage", _told(says) + image)
+    return _packet("RangeImage", _shared_fields(says) + image)
 
 
 def strength_image(says: ImageSays, strengths: Bytes) -> bytes:
     """Return the packet of (rows, columns) signal strengths."""
     rows, columns = strengths.shape
     image = _integer(6, columns) + _integer(7, rows) + _opening(8, says)
-    return _packet("BitmapImageGreyscale8", _told(says) + image + _bytes(10, strengths.tobytes()))
+    return _packet("BitmapImageGreyscale8", _shared_fields(says) + image + _bytes(10, strengths.tobytes()))
 
 
-def _told(says: ImageSays) -> bytes:
+def _shared_fields(says: ImageSays) -> bytes:
     """Return the fields that all images have."""
     time = _integer(1, says.time_ns // NS) + _integer(2, says.time_ns % NS)
     header = _bytes(1, _bytes(1, time) + _integer(2, says.number % 2**32))

@@ -19,11 +19,11 @@ class Newest(Generic[AskT, AnswerT]):
     """
 
     def __init__(
-        self, work: Callable[[AskT], AnswerT], tell: Callable[[AskT, AnswerT], None],
+        self, work: Callable[[AskT], AnswerT], deliver: Callable[[AskT, AnswerT], None],
         fail: Callable[[AskT, Exception], None], idle: Callable[[], object] = lambda: None, idle_s: float = IDLE_S,
     ) -> None:  # fmt: skip
         """idle: called in that thread, too, once nothing was asked for so long, and at its end: gives back memory."""
-        self._work, self._tell, self._fail, self._idle, self._idle_s = work, tell, fail, idle, idle_s
+        self._work, self._deliver, self._fail, self._idle, self._idle_s = work, deliver, fail, idle, idle_s
         self._waiting: list[AskT] = []
         """One at most."""
         self._changed = threading.Condition()
@@ -78,4 +78,4 @@ class Newest(Generic[AskT, AnswerT]):
             log.debug("%s", error, exc_info=True)
             self._fail(request, error)
         else:
-            self._tell(request, answer)
+            self._deliver(request, answer)

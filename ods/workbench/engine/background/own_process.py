@@ -12,8 +12,8 @@ from typing import Any, Concatenate, Generic, NamedTuple, ParamSpec, TypeVar
 from ods.base.computer.resident import give_back_freed
 from ods.base.errors import OdsError, one_line
 
-Told = ParamSpec("Told")
-WordT = TypeVar("WordT")
+Params = ParamSpec("Params")
+ProgressT = TypeVar("ProgressT")
 ResultT = TypeVar("ResultT")
 GoesOn = Callable[[float], bool]
 """Gets the share that is done; returns whether the work is to go on."""
@@ -21,15 +21,19 @@ at_first: list[Callable[[], object]] = []
 """Done in each process before its work: what the page's process began with, such as plug-ins."""
 NICER = 5
 """Than the page, when all computers are busy."""
+SILENT_S = 600.0
+"""Work that neither ends nor reports progress for so long hangs: its process is killed."""
+ENDING_S = 5.0
+"""A process has this long to end by itself once nobody waits for it."""
 
 
-class _Word(NamedTuple):
+class _Progress(NamedTuple):
     """How far it is; answered by whether it goes on."""
 
-    text: Any
+    progress: Any
 
 
-class _Came(NamedTuple):
+class _Done(NamedTuple):
     result: Any
 
 
@@ -42,26 +46,31 @@ def whole(_: object) -> bool:
     return True
 
 
-class OwnProcess(Generic[WordT, Told, ResultT]):
+class OwnProcess(Generic[ProgressT, Params, ResultT]):
     """A process that is begun when something is asked for, and does one thing after the other until it is ended.
 
     What it keeps from one to the next costs the page's process nothing. For use by one thread.
     """
 
-    def __init__(self, work: Callable[Concatenate[Callable[[WordT], bool], Told], ResultT], nicer: int = NICER) -> None:
+    def __init__(
+        self, work: Callable[Concatenate[Callable[[ProgressT], bool], Params], ResultT], nicer: int = NICER
+    ) -> None:
         """work: copied there when it begins. nicer: how much less urgent than the page it is."""
         self._work, self._nicer = work, nicer
         self._running: tuple[BaseProcess, Connection] | None = None
 
-    def __call__(self, tell: Callable[[WordT], bool], *args: Told.args, **kwargs: Told.kwargs) -> ResultT:
-        """Return what the work makes of these, which are copied as the result is. Raises OdsError.
+    def __call__(
+        self, on_progress: Callable[[ProgressT], bool], *args: Params.args, **kwargs: Params.kwargs
+    ) -> ResultT:
+        """Return what the work makes of these, which are copied as the result is.
 
-        tell: is called here with what the work says of how far it is; returns whether it is to go on.
+        on_progress: is called here with what the work reports of its progress; returns whether it is to go on.
+        Raises OdsError for what the work raises, and where its process dies or hangs.
         """
-        said = self._asked(tell, args, kwargs)
-        if isinstance(said, _Failed):
-            raise OdsError(said.why)
-        result: ResultT = said.result
+        answer = self._asked(on_progress, args, kwargs)
+        if isinstance(answer, _Failed):
+            raise OdsError(answer.why)
+        result: ResultT = answer.result
         return result
 
     def end(self) -> None:
@@ -69,24 +78,28 @@ class OwnProcess(Generic[WordT, Told, ResultT]):
         if self._running is not None:
             (process, pipe), self._running = self._running, None
             pipe.close()
+            process.join(ENDING_S)
+            process.kill()  # does nothing to one that has ended
             process.join()
             give_back_freed()  # copies of what it took and returned
 
-    def _asked(self, tell: Callable[[WordT], bool], args: Any, kwargs: Any) -> _Came | _Failed:
-        said: Any = None
+    def _asked(self, on_progress: Callable[[ProgressT], bool], args: Any, kwargs: Any) -> _Done | _Failed:
         try:
             pipe = self._begun()
             pipe.send((args, kwargs))
-            while isinstance(said := pipe.recv(), _Word):
-                pipe.send(tell(said.text))
+            while pipe.poll(SILENT_S):
+                answer = pipe.recv()
+                if isinstance(answer, _Done | _Failed):
+                    return answer
+                pipe.send(on_progress(answer.progress))
+            why = f"hangs: no progress in {SILENT_S:.0f} s; its process was killed"
         except (EOFError, OSError):
-            said = _Failed("its process has ended before its time")
-            self.end()
-        except BaseException:  # of `tell`: the process still waits for its answer
+            why = "its process has ended before its time"
+        except BaseException:  # of `on_progress`: the process still waits for its answer
             self.end()
             raise
-        answer: _Came | _Failed = said
-        return answer
+        self.end()
+        return _Failed(why)
 
     def _begun(self) -> Connection:
         if self._running is None:
@@ -100,15 +113,15 @@ class OwnProcess(Generic[WordT, Told, ResultT]):
 
 
 def in_own_process(
-    work: Callable[Concatenate[Callable[[WordT], bool], Told], ResultT],
-    tell: Callable[[WordT], bool],
-    *args: Told.args,
-    **kwargs: Told.kwargs,
+    work: Callable[Concatenate[Callable[[ProgressT], bool], Params], ResultT],
+    on_progress: Callable[[ProgressT], bool],
+    *args: Params.args,
+    **kwargs: Params.kwargs,
 ) -> ResultT:
-    """Return what `work(tell, ...)` returns in a process that is there for this only. Raises OdsError."""
+    """Return what `work(on_progress, ...)` returns in a process that is there for this only. Raises OdsError."""
     process = OwnProcess(work)
     try:
-        return process(tell, *args, **kwargs)
+        return process(on_progress, *args, **kwargs)
     finally:
         process.end()
 
@@ -119,19 +132,19 @@ def _run(pipe: Connection, work: Callable[..., object], nicer: int, before: Sequ
     for each in before:
         each()
 
-    def tell(word: object) -> bool:
-        pipe.send(_Word(word))
+    def report(progress: object) -> bool:
+        pipe.send(_Progress(progress))
         return bool(pipe.recv())
 
     with contextlib.suppress(EOFError, OSError):  # nobody asks, or waits, any more
         while True:
             args, kwargs = pipe.recv()
-            said: _Came | _Failed
+            answer: _Done | _Failed
             try:
-                said = _Came(work(tell, *args, **kwargs))
-            except Exception as error:  # whatever a stage of the user's own may raise: the caller tells it
-                said = _Failed(_why(error))
-            pipe.send(said)
+                answer = _Done(work(report, *args, **kwargs))
+            except Exception as error:  # whatever a stage of the user's own may raise: the caller reports it
+                answer = _Failed(_why(error))
+            pipe.send(answer)
 
 
 def _why(error: Exception) -> str:
