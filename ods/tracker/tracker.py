@@ -9,8 +9,8 @@ from ods.tracker.association.clutter import Clutter
 from ods.tracker.association.match import match_scan
 from ods.tracker.association.registry import association_of
 from ods.tracker.existence import lifecycle
-from ods.tracker.existence.evidence import ClutterStatistics
 from ods.tracker.existence.coherence import Coherence
+from ods.tracker.existence.evidence import ClutterStatistics
 from ods.tracker.life.judgement import judge
 from ods.tracker.life.management import Outcome, TrackManager
 from ods.tracker.map.map_object import MapObject

@@ -11,7 +11,7 @@ PING_S, SOUND_SPEED, DR_M, SAMPLES, BEAMS = 0.1493, 1500.0, 0.05, 2000, 5
 PULSE_M = 0.375
 
 
-def images(arrivals_s: Floats, level: float, seed: int, texture: Floats | None = None) -> BuriedPulses:
+def images(arrivals_s: AnyArray, level: float, seed: int, texture: Floats | None = None) -> BuriedPulses:
     """Return eight pings of noise of 1 count in which a middle beam hears sounds of this level at these times, s."""
     rng, heard = np.random.default_rng(seed), BuriedPulses()
     ranges = np.arange(SAMPLES) * DR_M
