@@ -11,7 +11,7 @@ PING_S, SOUND_SPEED, DR_M, SAMPLES, BEAMS = 0.1493, 1500.0, 0.05, 2000, 5
 PULSE_M = 0.375
 
 
-def images(arrivals_s: AnyArray, level: float, seed: int, texture: Floats | None = None) -> BuriedPulses:
+def images(arrivals_s: Floats, level: float, seed: int, texture: Floats | None = None) -> BuriedPulses:
     """Return eight pings of noise of 1 count in which a middle beam hears sounds of this level at these times, s."""
     rng, heard = np.random.default_rng(seed), BuriedPulses()
     ranges = np.arange(SAMPLES) * DR_M
@@ -35,7 +35,7 @@ def line(period_s: float, at_s: float) -> Floats:
 def test_as_many_pulses_are_heard_as_there_are_of_which_none_is_an_echo(count: int, level: float) -> None:
     period_s = PING_S * 1.006 / count
     for seed in range(5):
-        heard = images(0.01 + period_s * np.arange(100), level, seed)
+        heard = images(0.01 + period_s * np.arange(100, dtype=np.float64), level, seed)
         assert heard.a_period(line(period_s * count, 0.01)) == count
         assert heard.are_heard(line(period_s, 0.01))
 
@@ -46,7 +46,7 @@ def test_a_body_alone_has_no_others_however_loud(level: float, pings: int) -> No
     """Nor if only each second of its echoes was found, as the others are at places of that train."""
     period_s = PING_S * 0.994
     for seed in range(20):
-        heard = images(0.07 + period_s * np.arange(20), level, seed)
+        heard = images(0.07 + period_s * np.arange(20, dtype=np.float64), level, seed)
         assert heard.a_period(line(pings * period_s, 0.07)) == 0
 
 
@@ -57,7 +57,7 @@ def test_bright_places_that_stay_are_no_pulses() -> None:
 
 
 def test_images_that_cannot_be_compared_are_left_out() -> None:
-    heard = images(0.01 + PING_S * 1.006 / 4 * np.arange(100), 2.0, 1)
+    heard = images(0.01 + PING_S * 1.006 / 4 * np.arange(100, dtype=np.float64), 2.0, 1)
     frame = np.ones((BEAMS, SAMPLES), np.uint16)
     heard.add(make_ping(frame, t_ns=2 * 10**9, dr_m=2.0 * DR_M, sound_speed=SOUND_SPEED), frame, 2.0)
     assert heard.a_period(line(PING_S * 1.006, 0.01)) == 0
