@@ -7,10 +7,11 @@ the same look again. Under way it is neither: its speckle is another one after s
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.tracker.measurement.scan import Echoes
+from ods.compiled import native
+from ods.tracker.measurement.scan import Echoes, EchoRows
 
-SAME = np.array([[0.05], [0.005], [0.5]])
-"""m of range, rad and dB: an echo that differs by less from one of the scan before is the same."""
+SAME_RANGE_M, SAME_BEARING_RAD, SAME_DB = 0.05, 0.005, 0.5
+"""An echo that differs by less from one of the scan before is the same."""
 STILL = 0.25
 """Share of such echoes from which on the sonar is at rest: 0.00 to 0.02 under way, 0.54 to 0.98 at rest (simulated)."""
 MEMORY = 0.8
@@ -23,30 +24,13 @@ class Coherence:
     """Compares the echoes of each scan with those of the scan before."""
 
     def __init__(self) -> None:
-        self._before = np.zeros((3, 0))
+        self._before: Floats = np.zeros((len(EchoRows._fields), 0))
         self._same, self._all = 0.0, 0.0
 
     def news(self, echoes: Echoes) -> float:
         """Return what share of a scan is news: 1 under way, `NEWS_AT_REST` at rest."""
-        rows = echoes.rows
-        now = np.array([rows.range_m, rows.bearing, rows.strength])
-        now = now[:, np.argsort(now[0])]
-        self._same = MEMORY * self._same + _count_same(now, self._before)
-        self._all = MEMORY * self._all + now.shape[1]
-        self._before = now
+        same: int = native.count_same_echoes(echoes.table, self._before, SAME_RANGE_M, SAME_BEARING_RAD, SAME_DB)
+        self._same = MEMORY * self._same + same
+        self._all = MEMORY * self._all + len(echoes)
+        self._before = echoes.table
         return NEWS_AT_REST if self._same > STILL * self._all else 1.0
-
-
-def _count_same(now: Floats, before: Floats) -> int:
-    """Return how many echoes are as one of the scan before; (3, n) range, bearing and strength by range.
-
-    Only the two nearest in range on either side are looked at: in a crowd a few are missed, and time is linear.
-    """
-    same, count = np.zeros(now.shape[1], np.bool_), before.shape[1]
-    place = np.searchsorted(before[0], now[0])
-    for step in range(-2, 2):
-        other = place + step
-        inside = (other >= 0) & (other < count)
-        near = np.abs(now[:, inside] - before[:, other[inside]]) < SAME
-        same[inside] |= np.logical_and.reduce(near, axis=0)
-    return int(np.count_nonzero(same))
