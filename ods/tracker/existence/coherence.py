@@ -12,6 +12,8 @@ from ods.tracker.measurement.scan import Echoes, EchoRows
 
 SAME_RANGE_M, SAME_BEARING_RAD, SAME_DB = 0.05, 0.005, 0.5
 """An echo that differs by less from one of the scan before is the same."""
+MOST = 64
+"""Of so many echoes of a scan."""
 STILL = 0.25
 """Share of such echoes from which on the sonar is at rest: 0.00 to 0.02 under way, 0.54 to 0.98 at rest (simulated)."""
 MEMORY = 0.8
@@ -29,8 +31,8 @@ class Coherence:
 
     def news(self, echoes: Echoes) -> float:
         """Return what share of a scan is news: 1 under way, `NEWS_AT_REST` at rest."""
-        same: int = native.count_same_echoes(echoes.table, self._before, SAME_RANGE_M, SAME_BEARING_RAD, SAME_DB)
+        same: int = native.count_same_echoes(echoes.table, self._before, MOST, SAME_RANGE_M, SAME_BEARING_RAD, SAME_DB)
         self._same = MEMORY * self._same + same
-        self._all = MEMORY * self._all + len(echoes)
+        self._all = MEMORY * self._all + min(len(echoes), MOST)
         self._before = echoes.table
         return NEWS_AT_REST if self._same > STILL * self._all else 1.0

@@ -268,16 +268,18 @@ KERNEL(clutter_count_echoes, "out " COUNTS ", f8[12,m] echoes, b1[m] free, " MOD
         counts->echoes += is_free[j] && echoes.strength[j] > 0.0;
 }
 
-/* Returns how many echoes differ by less than so much from one of the scan before. */
-KERNEL_INT(count_same_echoes, "f8[12,m] now, f8[12,n] before, float range_m, float bearing_rad, float strength_db")
+/* Returns how many of the first `most` echoes differ by less than so much from one of the scan before. */
+KERNEL_INT(count_same_echoes, "f8[12,m] now, f8[12,n] before, int most, float range_m, float bearing_rad, "
+                              "float strength_db")
 {
     const EchoRows now = echo_rows(ARRAY(double, 0), SIZE(0, 1)), before = echo_rows(ARRAY(double, 1), SIZE(1, 1));
+    const double range_m = FLOAT(3), bearing_rad = FLOAT(4), strength_db = FLOAT(5);
     int64_t count = 0;
-    for (int64_t j = 0; j < SIZE(0, 1); j++)
+    for (int64_t j = 0; j < smaller_i(SIZE(0, 1), INT(2)); j++)
         for (int64_t k = 0; k < SIZE(1, 1); k++)
-            if (fabs(now.range_m[j] - before.range_m[k]) < FLOAT(2)
-                && fabs(now.bearing[j] - before.bearing[k]) < FLOAT(3)
-                && fabs(now.strength[j] - before.strength[k]) < FLOAT(4)) {
+            if (fabs(now.range_m[j] - before.range_m[k]) < range_m
+                && fabs(now.bearing[j] - before.bearing[k]) < bearing_rad
+                && fabs(now.strength[j] - before.strength[k]) < strength_db) {
                 count++;
                 break;
             }
