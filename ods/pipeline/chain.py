@@ -139,7 +139,7 @@ class Chain:
                 count += len(more.echoes)
                 heard_from = max(heard_from, more.heard_from)
         echoes, weak = joined(found), joined(faint)
-        pulses = self._pulses.sort_out(ping, echoes, weak)
+        pulses = self._pulses.sort_out(ping, frame, echoes, weak)
         if pulses.why:
             echoes, weak = echoes[~pulses.of_echoes], weak[~pulses.of_faint]
             unseen = with_parts(unseen, pulses.parts, pulses.why, self._plan.sector)

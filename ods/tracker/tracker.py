@@ -9,6 +9,7 @@ from ods.tracker.association.clutter import Clutter
 from ods.tracker.association.match import match_scan
 from ods.tracker.association.registry import association_of
 from ods.tracker.existence import lifecycle
+from ods.tracker.existence.coherence import Coherence
 from ods.tracker.existence.evidence import ClutterStatistics
 from ods.tracker.life.judgement import judge
 from ods.tracker.life.management import Outcome, TrackManager
@@ -43,6 +44,7 @@ class Tracker:
         self._clutter, self._clutter_statistics = Clutter(settings.echo.clutter_per_scan), ClutterStatistics()
         self._manager = TrackManager(known or [], first_id, settings.echo.gate_sigmas)
         self._pose_noise = PoseNoise()
+        self._coherence = Coherence()
         self._t_ns: int | None = None
         self._scans = 0
 
@@ -105,6 +107,7 @@ class Tracker:
         tracks.mark_unobserved(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
         match = match_scan(scan, prediction, self._clutter, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
+        tracks.news = self._coherence.news(scan.echoes)
         states = judge(tracks, prediction, match, self._clutter_statistics, scan, settings)
         outcome = self._manager.manage(tracks, states, prediction, scan.utc_ns)
         if match.unexplained is not None:

@@ -12,6 +12,7 @@ from ods.pipeline.measure.echoes import NO_ECHOES
 from tests.pipeline.pings import echo_table, make_ping
 
 PERIOD_S, RANGE_M, SOUND_SPEED = 0.1493, 100.0, 1500.0
+FRAME = np.ones((2, 2000), np.uint8)
 RNG = np.random.default_rng(7)
 
 
@@ -25,7 +26,7 @@ def echo(range_m: float, bearing_deg: float = 12.0) -> Detection:
 
 
 def ping_at(t_s: float) -> Ping:
-    return make_ping(np.ones((2, 2000), np.uint8), t_ns=round(t_s * 1e9))
+    return make_ping(FRAME, t_ns=round(t_s * 1e9))
 
 
 def pulses_at(t_s: float, period_s: float, bearing_deg: float = 12.0) -> list[Detection]:
@@ -37,7 +38,7 @@ def pulses_at(t_s: float, period_s: float, bearing_deg: float = 12.0) -> list[De
 
 def watch(pings: Iterable[tuple[float, list[Detection]]]) -> list[Pulses]:
     finder = PulseFinder()
-    return [finder.sort_out(ping_at(t_s), echo_table(echoes), NO_ECHOES) for t_s, echoes in pings]
+    return [finder.sort_out(ping_at(t_s), FRAME, echo_table(echoes), NO_ECHOES) for t_s, echoes in pings]
 
 
 @pytest.mark.parametrize("period_s", [0.0371, 0.06, 0.1, 0.11])

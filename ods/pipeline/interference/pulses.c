@@ -10,6 +10,9 @@
 /* A train has so many arrivals, in so many pings, so large a share of those that were to be heard, and so large a share
    of all that came since the first: others are there by chance. */
 #define FEWEST 5
+/* A line has so many: pulses whose period is near our own or a fraction of it, of which one a ping is loud enough, or
+   a body. */
+#define FEWEST_OF_LINE 3
 #define FEWEST_PINGS 3
 #define HEARD_SHARE 0.7
 #define OWN_SHARE 0.45
@@ -38,9 +41,8 @@
 #define NEAR_S 0.4e-3
 /* A train that was not heard for so long is forgotten. */
 #define FORGOTTEN_S 2.0
-/* Shares of the error by which a train follows what is heard. */
-#define FOLLOW_PLACE 0.3
-#define FOLLOW_PERIOD 0.05
+/* A train follows what is heard as a line through its arrivals, of at most so many. */
+#define MOST_FOLLOWED 12.0
 
 /* Times are since a fixed instant. */
 typedef struct {
@@ -55,6 +57,8 @@ typedef struct {
 typedef struct {
     double period_s, at_s; /* at_s: of a pulse */
     double bearing_rad, heard_s;
+    double buried; /* pulses a period of what was found, as buried_pulses.py heard; 0: a line, if it is alone */
+    double arrivals;
 } Train;
 
 /* An echo of the ping before. */
@@ -71,7 +75,7 @@ typedef struct {
     Place *place;      /* (MOST_BEFORE,) */
 } Memory;
 
-#define MEMORY "out i8[3] counts, out f8[12,3] looks, out f8[12,64,3] arrivals, out f8[8,4] trains, out f8[256,3] places"
+#define MEMORY "out i8[3] counts, out f8[12,3] looks, out f8[12,64,3] arrivals, out f8[8,6] trains, out f8[256,3] places"
 #define MEMORY_AT(k)                                                                                                    \
     ((Memory){ARRAY(int64_t, k), ARRAY(int64_t, k) + 1, ARRAY(int64_t, k) + 2, ARRAY(Look, (k) + 1),                     \
               ARRAY(Arrival, (k) + 2), ARRAY(Train, (k) + 3), ARRAY(Place, (k) + 4)})
@@ -84,10 +88,11 @@ typedef struct {
     const Look *look;
 } Heard;
 
-/* A train that may be one. */
+/* A train that may be one; `line`: or a body. */
 typedef struct {
     double period_s, at_s;
     int64_t matched;
+    bool line;
 } Guess;
 
 static bool is_of(Guess guess, double at_s)
@@ -169,7 +174,8 @@ static Guess judged(const Heard *heard, Guess guess)
 {
     int64_t since = 0;
     const Places places = places_of(heard, guess);
-    if (places.count < FEWEST || places.pings < FEWEST_PINGS)
+    guess.line = places.one_a_ping && is_line(heard, &places);
+    if (places.count < (guess.line ? FEWEST_OF_LINE : FEWEST) || places.pings < FEWEST_PINGS)
         return guess;
     const int64_t first = heard->ping[places.kept[0]];
     if ((double)places.count < HEARD_SHARE * expected(heard, guess, first))
@@ -178,7 +184,7 @@ static Guess judged(const Heard *heard, Guess guess)
         since += heard->ping[k] >= first;
     if ((double)places.count < OWN_SHARE * (double)since)
         return guess;
-    guess.matched = places.one_a_ping && is_line(heard, &places) ? 0 : places.count;
+    guess.matched = places.count;
     return guess;
 }
 
@@ -199,20 +205,25 @@ static Guess fitted(const Heard *heard, Guess guess)
     return guess;
 }
 
-/* Returns the train that explains most arrivals, the one at `at_s` among them; none has `matched` 0. */
+static bool is_better(Guess a, Guess b)
+{
+    return a.line == b.line ? a.matched > b.matched : b.line && a.matched > 0;
+}
+
+/* Returns the train that explains most arrivals, the one at `at_s` among them, or else a line; none has `matched` 0. */
 static Guess find_train(const Heard *heard, double at_s)
 {
-    Guess best = {0.0, 0.0, 0};
+    Guess best = {.line = true};
     float later_s[MOST_ARRIVALS];
     for (int64_t i = 0; i < heard->count; i++)
         later_s[i] = (float)(heard->at_s[i] - at_s);
-    for (int64_t i = 0; i < heard->count && heard->count >= FEWEST; i++) {
+    for (int64_t i = 0; i < heard->count && heard->count >= FEWEST_OF_LINE; i++) {
         const double apart_s = fabs(at_s - heard->at_s[i]);
         for (double n = larger(1.0, ceil(apart_s / LONGEST_S)); apart_s / n >= SHORTEST_S; n += 1.0) {
-            if (count_near(later_s, heard->count, apart_s / n) < FEWEST)
+            if (count_near(later_s, heard->count, apart_s / n) < FEWEST_OF_LINE)
                 continue;
-            const Guess guess = judged(heard, (Guess){apart_s / n, at_s, 0});
-            if (guess.matched > best.matched)
+            const Guess guess = judged(heard, (Guess){apart_s / n, at_s, 0, false});
+            if (is_better(guess, best))
                 best = guess;
         }
     }
@@ -264,9 +275,11 @@ static void follow(Memory memory, Arrival arrival, double now_s)
             continue;
         const double steps = rint((arrival.at_s - train->at_s) / train->period_s);
         const double error_s = arrival.at_s - train->at_s - steps * train->period_s;
-        train->at_s += steps * train->period_s + FOLLOW_PLACE * error_s;
-        train->period_s += FOLLOW_PERIOD * error_s / larger(steps, 1.0);
-        train->bearing_rad = arrival.bearing_rad, train->heard_s = now_s;
+        const double n = train->arrivals = smaller(train->arrivals + 1.0, MOST_FOLLOWED), all = n * (n + 1.0);
+        train->at_s += steps * train->period_s + (4.0 * n - 2.0) / all * error_s;
+        train->period_s += 6.0 / all * error_s / larger(steps, 1.0);
+        train->bearing_rad = arrival.bearing_rad;
+        train->heard_s = train->buried > 1.0 ? train->heard_s : now_s;
     }
 }
 
@@ -342,28 +355,25 @@ static void remember(Memory memory, const Echo *echoes, int64_t count)
         memory.place[k] = (Place){echoes[k].near_m, echoes[k].bearing_rad, 0.5 * echoes[k].bearing_extent_rad};
 }
 
-/* Looks for trains that new echoes are part of, the loudest first, and remembers what is of none. */
-static void seek_trains(Memory memory, Look *look, const Arrival *new, int64_t count)
+/* Looks for trains that new echoes are part of, the loudest first; fills them in, and returns how many there are. */
+static int64_t seek_trains(Memory memory, Look *look, const Arrival *new, int64_t count, Train *found)
 {
     Arrival *kept = memory.arrivals + (look - memory.look) * MOST_NEW;
-    int64_t sought = 0, left = 0;
+    int64_t sought = 0, left = 0, trains = 0;
     for (int64_t k = 0; k < count; k++) {
         if (is_pulse(memory, new[k]))
             continue;
         kept[left++] = new[k];
         look->count = (double)left;
-        if (sought++ >= MOST_SOUGHT || *memory.trains == MOST_TRAINS)
+        if (sought++ >= MOST_SOUGHT)
             continue;
         const Heard heard = heard_from(memory, new[k]);
-        const Guess found = find_train(&heard, new[k].at_s);
-        if (found.matched > 0)
-            memory.train[(*memory.trains)++] = (Train){found.period_s, found.at_s, new[k].bearing_rad, look->end_s};
+        const Guess guess = find_train(&heard, new[k].at_s);
+        if (guess.matched > 0)
+            found[trains++] = (Train){guess.period_s, guess.at_s, new[k].bearing_rad, look->end_s,
+                                      guess.line ? 0.0 : 1.0, (double)guess.matched};
     }
-    count = left, left = 0;
-    for (int64_t k = 0; k < count; k++)
-        if (!is_pulse(memory, kept[k]))
-            kept[left++] = kept[k];
-    look->count = (double)left;
+    return trains;
 }
 
 static int64_t mark(Memory memory, const Echo *echoes, int64_t count, Ping ping, bool *marks)
@@ -374,25 +384,33 @@ static int64_t mark(Memory memory, const Echo *echoes, int64_t count, Ping ping,
     return marked;
 }
 
-/* Marks which echoes of a ping, and which of its faint ones, are pulses; returns how many. sent_s: when it was sent, s
-   since a fixed instant; s_a_m: of time a metre of range; since_s: since the ping before. */
-KERNEL_INT(sort_out_pulses, ECHO "[found] echoes, " ECHO "[few] faint, float sent_s, float s_a_m, float near_m, "
-                            "float far_m, float since_s, " MEMORY ", out b1[found] of_echoes, out b1[few] of_faint")
+/* Lets trains follow a ping's echoes, and looks for others; returns how many it filled in. sent_s: when it
+   was sent, s since a fixed instant; s_a_m: of time a metre of range; since_s: since the ping before. */
+KERNEL_INT(find_pulses, ECHO "[found] echoes, float sent_s, float s_a_m, float near_m, float far_m, float since_s, " MEMORY
+                             ", out f8[4,6] found")
 {
     const Echo *echoes = ARRAY(const Echo, 0);
     const int64_t count = SIZE(0, 0);
-    const Ping ping = {FLOAT(2), FLOAT(3)};
-    const Memory memory = MEMORY_AT(7);
-    Look *look = next_look(memory, ping.sent_s + FLOAT(4) * ping.s_a_m, ping.sent_s + FLOAT(5) * ping.s_a_m);
+    const Ping ping = {FLOAT(1), FLOAT(2)};
+    const Memory memory = MEMORY_AT(6);
+    Look *look = next_look(memory, ping.sent_s + FLOAT(3) * ping.s_a_m, ping.sent_s + FLOAT(4) * ping.s_a_m);
     Arrival new[MOST_NEW];
-    const int64_t of_new = find_new(memory, echoes, count, SLOW * FLOAT(6), ping, new);
+    const int64_t of_new = find_new(memory, echoes, count, SLOW * FLOAT(5), ping, new);
     remember(memory, echoes, count);
     for (int64_t k = 0; k < count && *memory.trains > 0; k++)
         follow(memory, arrival_of(&echoes[k], ping), look->end_s);
     forget_trains(memory, look->end_s);
-    seek_trains(memory, look, new, of_new);
+    return seek_trains(memory, look, new, of_new, ARRAY(Train, 11));
+}
+
+/* Marks which echoes of a ping, and which of its faint ones, are pulses; returns how many. */
+KERNEL_INT(mark_pulses, ECHO "[found] echoes, " ECHO "[few] faint, float sent_s, float s_a_m, " MEMORY
+                             ", out b1[found] of_echoes, out b1[few] of_faint")
+{
+    const Ping ping = {FLOAT(2), FLOAT(3)};
+    const Memory memory = MEMORY_AT(4);
     if (*memory.trains == 0)
         return 0;
-    return mark(memory, echoes, count, ping, ARRAY(bool, 12)) +
-           mark(memory, ARRAY(const Echo, 1), SIZE(1, 0), ping, ARRAY(bool, 13));
+    return mark(memory, ARRAY(const Echo, 0), SIZE(0, 0), ping, ARRAY(bool, 9)) +
+           mark(memory, ARRAY(const Echo, 1), SIZE(1, 0), ping, ARRAY(bool, 10));
 }

@@ -13,15 +13,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Ints, Mask
+from ods.base.arrays import AnyArray, Floats, Ints, Mask
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Ping, UnseenPart
+from ods.pipeline.interference.buried_pulses import BuriedPulses
 from ods.pipeline.measure.echoes import EchoTable
 
 GAP_S = 3.0
 """Length of a pause, s, after which all is forgotten."""
 MARGIN_M = 0.1
+TRAINS = 1
+"""Place in the counts."""
+HEARD_S, BURIED, ARRIVALS = 3, 4, 5
+"""Columns of the trains: `Train`."""
 
 
 class PulseMemory(NamedTuple):
@@ -32,7 +37,7 @@ class PulseMemory(NamedTuple):
     pings: Floats
     arrivals: Floats
     trains: Floats
-    """(8, 4) the first column is the period, s."""
+    """(8, 6) the first column is the period, s."""
     places: Floats
 
 
@@ -54,12 +59,14 @@ class PulseFinder:
 
     def __init__(self) -> None:
         self._memory = PulseMemory(
-            np.zeros(3, np.int64), np.zeros((12, 3)), np.zeros((12, 64, 3)), np.zeros((8, 4)), np.zeros((256, 3))
+            np.zeros(3, np.int64), np.zeros((12, 3)), np.zeros((12, 64, 3)), np.zeros((8, 6)), np.zeros((256, 3))
         )
+        self._buried = BuriedPulses()
+        self._found = np.zeros((4, 6))
         self._begun_ns, self._newest_ns = 0, 0
 
-    def sort_out(self, ping: Ping, echoes: EchoTable, faint: EchoTable) -> Pulses:
-        """Return which of a ping's echoes are pulses."""
+    def sort_out(self, ping: Ping, frame: AnyArray, echoes: EchoTable, faint: EchoTable) -> Pulses:
+        """Return which of a ping's echoes are pulses; frame: (beams, samples)."""
         since_s, self._newest_ns = (ping.t_ns - self._newest_ns) / NS, ping.t_ns
         if not 0.0 < since_s < GAP_S or ping.sound_speed <= 0.0:
             self._memory.counts[:] = 0
@@ -68,16 +75,32 @@ class PulseFinder:
         if ping.sound_speed <= 0.0:
             return pulses
         near_m, far_m = max(ping.range0_m, 0.0), ping.range0_m + ping.samples * ping.dr_m
-        found = native.sort_out_pulses(
-            echoes, faint, (ping.t_ns - self._begun_ns) / NS, 2.0 / ping.sound_speed, near_m, far_m, since_s,
-            self._memory, pulses.of_echoes, pulses.of_faint,
-        )  # fmt: skip
-        if not found:
+        sent = (ping.t_ns - self._begun_ns) / NS, 2.0 / ping.sound_speed
+        self._buried.add(ping, frame, sent[0])
+        found = native.find_pulses(echoes, sent, near_m, far_m, since_s, self._memory, self._found)
+        self._listen(self._found[:found], sent[0])
+        if not native.mark_pulses(echoes, faint, sent, self._memory, pulses.of_echoes, pulses.of_faint):
             return pulses
         parts = [_part(row, near_m) for table, marks in ((echoes, pulses.of_echoes), (faint, pulses.of_faint))
                  for row in table[marks]]  # fmt: skip
-        periods = ", ".join(f"{1e3 * period_s:.1f} ms" for period_s in self._memory.trains[: self._memory.counts[1], 0])
+        periods = ", ".join(f"{1e3 * period_s:.1f} ms" for period_s in self._trains[:, 0])
         return pulses._replace(parts=parts, why=f"another sonar's pulses, each {periods}")
+
+    @property
+    def _trains(self) -> Floats:
+        return self._memory.trains[: self._memory.counts[TRAINS]]
+
+    def _listen(self, found: Floats, now_s: float) -> None:
+        """Listen for pulses that are buried, of known trains and of those that were found, (n, 6), and keep a train."""
+        for row in self._trains:
+            if row[BURIED] > 1 and self._buried.are_heard(row):
+                row[HEARD_S] = now_s
+        for row in found:
+            count = max(self._buried.a_period(row), row[BURIED])
+            if count > 0 and self._memory.counts[TRAINS] < len(self._memory.trains):
+                self._memory.counts[TRAINS] += 1
+                self._trains[-1] = row[0] / count, *row[1:BURIED], count, row[ARRIVALS]
+                return
 
 
 def _part(echo: EchoTable, least_m: float) -> UnseenPart:

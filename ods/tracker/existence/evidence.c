@@ -19,7 +19,8 @@
       How often a track is seen tells an object from clutter. Neither rate is known beforehand: each is beta
       distributed and follows the track's own hits, so that the product over all scans is the ratio of two
       beta-binomial laws (J. G. Skellam, J. Royal Statistical Society B 10(2), 1948). The first echoes prove much, the
-      hundredth next to nothing (`hit_rate_ratio`).
+      hundredth next to nothing (`hit_rate_ratio`). From one place clutter is seen again as it was: of what rests, such
+      a scan counts in part (`look`), after the first few.
    3. What the echo looks like tells an object from clutter, too, and so does motion. Features, in the table FEATURE:
         onset         how sharply the echo sets in: how many of a track's echoes are sharp, beta-binomial
         leading edge  how likely it sets in as an object does, by the pipeline's network: mean of the last log-odds,
@@ -56,10 +57,10 @@ typedef struct {
     double onset_for, onset_against, onset_enough, odds_factor;
     double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
     double motion_for;
-    double calm_share, new_share, many, share_tracks, most_share, share_memory, echo_memory;
+    double calm_share, new_share, many, share_tracks, most_share, share_memory, echo_memory, free_looks;
 } Model;
 
-#define MODEL "f8[32] model"
+#define MODEL "f8[33] model"
 
 /* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended; the last scans, and their echoes
    that no confirmed track explains. */
@@ -118,12 +119,14 @@ static double likelihood(double rate, double expected, double weight)
     return larger(LEAST_MISSED, 1.0 - expected * rate) + weight * rate;
 }
 
-/* Returns the state after a scan; `expected`: probability that a visible object of the setting's rate had an echo. */
-static State update(State state, bool hit, double llr, double expected, HitRates rates)
+/* Returns the state after a scan; `expected`: probability that a visible object of the setting's rate had an echo; `look`:
+   what share of the scan is news of whether the echo is an object's or clutter's. */
+static State update(State state, bool hit, double llr, double expected, HitRates rates, double look)
 {
     const double weight = hit ? exp(smaller(MOST_EVIDENCE, llr)) : 0.0;
-    return normalized(state.visible * likelihood(rates.object, expected, weight), state.silent, state.nothing,
-                      state.clutter * likelihood(rates.clutter, expected, weight));
+    const double object = likelihood(rates.object, expected, weight), clutter = likelihood(rates.clutter, expected, weight);
+    return normalized(state.visible * object, state.silent, state.nothing,
+                      state.clutter * object * (look < 1.0 ? pow(clutter / object, look) : clutter / object));
 }
 
 /* Returns the state given a log-likelihood ratio of an object over persistent clutter. */
@@ -265,6 +268,24 @@ KERNEL(clutter_count_echoes, "out " COUNTS ", f8[12,m] echoes, b1[m] free, " MOD
         counts->echoes += is_free[j] && echoes.strength[j] > 0.0;
 }
 
+/* Returns how many of the first `most` echoes differ by less than so much from one of the scan before. */
+KERNEL_INT(count_same_echoes, "f8[12,m] now, f8[12,n] before, int most, float range_m, float bearing_rad, "
+                              "float strength_db")
+{
+    const EchoRows now = echo_rows(ARRAY(double, 0), SIZE(0, 1)), before = echo_rows(ARRAY(double, 1), SIZE(1, 1));
+    const double range_m = FLOAT(3), bearing_rad = FLOAT(4), strength_db = FLOAT(5);
+    int64_t count = 0;
+    for (int64_t j = 0; j < smaller_i(SIZE(0, 1), INT(2)); j++)
+        for (int64_t k = 0; k < SIZE(1, 1); k++)
+            if (fabs(now.range_m[j] - before.range_m[k]) < range_m
+                && fabs(now.bearing[j] - before.bearing[k]) < bearing_rad
+                && fabs(now.strength[j] - before.strength[k]) < strength_db) {
+                count++;
+                break;
+            }
+    return count;
+}
+
 /* Learns from the tracks that a scan `ended`. Called for every scan: what was counted before fades. */
 KERNEL(clutter_learn, "out " COUNTS ", f8[17,n] tracks, b1[n] ended, " MODEL)
 {
@@ -322,6 +343,7 @@ static double logit(double share)
 /* What is the same for all tracks of a scan, `dt` s after the one before. */
 typedef struct {
     double dt, detection_probability, crowding;
+    double news; /* share of the scan */
     Rates rates;
     const double *const *measured; /* of each feature, (n,) */
 } OfScan;
@@ -329,11 +351,13 @@ typedef struct {
 static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvidence *evidence, int64_t echoes,
                          bool hit, bool confirmed, const OfScan *of, const Prior *prior)
 {
+    const double *at_rest = of->measured[MOTION];
     const double watched = evidence->watched[i], share = prior->clutter_share;
     State state = predict(state_of(tracks, i), echoes, watched, of->dt, of->rates);
     const HitRates rates = hit_rate_ratio(tracks->hits[i], tracks->scans[i], of->detection_probability, of->crowding,
                                           prior->model);
-    state = update(state, hit, evidence->llr[i], evidence->expected[i], rates);
+    const double look = tracks->scans[i] < prior->model->free_looks ? 1.0 : larger(of->news, 1.0 - at_rest[i]);
+    state = update(state, hit, evidence->llr[i], evidence->expected[i], rates, look);
     state = apply_features(tracks, i, state, of->measured, i, confirmed, prior);
     if (confirmed && share != tracks->clutter_share[i]) {
         /* what was confirmed before any clutter was known is judged by what is known now */
@@ -341,14 +365,15 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
         tracks->clutter_share[i] = share;
     }
     keep(tracks, i, state);
-    tracks->hits[i] += hit;
-    tracks->scans[i] += hit ? 1.0 : watched;
+    tracks->hits[i] += hit ? look : 0.0;
+    tracks->scans[i] += look * (hit ? 1.0 : watched);
 }
 
-/* Updates n tracks by a scan, `dt` seconds after the one before. */
+/* Updates n tracks by a scan, `dt` seconds after the one before; `news`: what share of it is (coherence.py). */
 KERNEL(existence_update,
        "out f8[17,n] tracks, i8[n] echoes, b1[n] confirmed, b1[n] hit, f8[5,n] evidence, f8[n] static, float dt, "
-       "float silence, float recovery, float loss, float detection_probability, float static_prior, " COUNTS ", " MODEL)
+       "float news, float silence, float recovery, float loss, float detection_probability, float static_prior, " COUNTS
+       ", " MODEL)
 {
     const int64_t n = SIZE(0, 1), *echoes = ARRAY(const int64_t, 1);
     const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
@@ -356,10 +381,10 @@ KERNEL(existence_update,
     const ScanEvidence evidence = evidence_rows(ARRAY(double, 4), n);
     const double *const measured[FEATURES] = {evidence.onset, evidence.leading_edge, ARRAY(const double, 5)};
     const double dt = FLOAT(6);
-    const Counts *counts = ARRAY(const Counts, 12);
-    const Model *m = ARRAY(const Model, 13);
-    const Prior prior = {m, clutter_share_of(counts, m), FLOAT(11)};
-    const OfScan of = {dt, FLOAT(10), crowding_of(echoes_a_scan(counts), dt, m), {FLOAT(7), FLOAT(8), FLOAT(9)},
+    const Counts *counts = ARRAY(const Counts, 13);
+    const Model *m = ARRAY(const Model, 14);
+    const Prior prior = {m, clutter_share_of(counts, m), FLOAT(12)};
+    const OfScan of = {dt, FLOAT(11), crowding_of(echoes_a_scan(counts), dt, m), FLOAT(7), {FLOAT(8), FLOAT(9), FLOAT(10)},
                        measured};
     for (int64_t i = 0; i < n; i++)
         update_track(&tracks, i, &evidence, echoes[i], hit[i], confirmed[i], &of, &prior);
@@ -396,7 +421,7 @@ KERNEL(existence_predict,
 KERNEL(existence_update_one,
        STATE ", bool hit, float llr, float expected, float of_object, float of_clutter, out f8[4] state")
 {
-    put(ARRAY(double, 9), update(STATE_FROM(0), BOOL(4), FLOAT(5), FLOAT(6), (HitRates){FLOAT(7), FLOAT(8)}));
+    put(ARRAY(double, 9), update(STATE_FROM(0), BOOL(4), FLOAT(5), FLOAT(6), (HitRates){FLOAT(7), FLOAT(8)}, 1.0));
 }
 
 KERNEL(existence_apply_likelihood_ratio, STATE ", float ratio, out f8[4] state")

@@ -129,11 +129,11 @@ def update(
     table: Floats,
     seen: tuple[Ints, Mask, Mask],
     evidence: tuple[Floats, Floats],
-    dt: float,
+    since: tuple[float, float],
     settings: TrackerSettings,
     clutter: ClutterStatistics,
 ) -> None:
-    """Judge by a scan, `dt` seconds after the one before; `table`: of `ExistenceTable`.
+    """Judge by a scan; since: s after the one before, and what share of it is news; `table`: of `ExistenceTable`.
 
     seen: (n,) echoes so far, this one too, which tracks are confirmed, and which had an echo; evidence: table of
     `ScanEvidence`, and (n,) probability of rest.
@@ -141,4 +141,4 @@ def update(
     echo = settings.echo
     rates = echo.silence_rate, echo.return_rate, echo.loss_rate, echo.detection_probability
     given = rates, settings.motion.static_prior
-    native.existence_update(table, seen, evidence, dt, *given, clutter.values, MODEL)
+    native.existence_update(table, seen, evidence, since, *given, clutter.values, MODEL)

@@ -78,6 +78,9 @@ class ExistenceModel(NamedTuple):
     echo_memory: float = 0.98
     """The same of scans and their echoes: 7 s."""
 
+    free_looks: float = 8.0
+    """Scans of a track that count whole, though the sonar looks from the same place as before (`coherence.py`)."""
+
 
 EXISTENCE = ExistenceModel()
 MODEL = np.array(EXISTENCE)

@@ -51,6 +51,8 @@ class Tracks:
     def __init__(self, observer: Observer) -> None:
         self.unjudged_s = 0.0
         """Time since existence was judged last."""
+        self.news = 1.0
+        """Share of the scan to be judged that is news: see coherence.py."""
         self._observer = observer
         self._history = TrackTable(History, (len(History._fields),), np.int64)
         self._existence = TrackTable(ExistenceTable, (len(ExistenceTable._fields),))
@@ -131,7 +133,7 @@ class Tracks:
         hit, confirmed = seen
         counted = self.history.echoes, confirmed, hit
         measured = of_scan.table, self._observer.static()
-        evidence.update(self._existence.table, counted, measured, self.unjudged_s, settings, clutter)
+        evidence.update(self._existence.table, counted, measured, (self.unjudged_s, self.news), settings, clutter)
         self.unjudged_s = 0.0
 
     def start(
