@@ -304,7 +304,8 @@ class _Page:
             self._moments = answer.data, moments_of(answer.data)
         self._timeline.show(self._moments[1], answer.place)
         self._stages.show_spacing(answer.a.ping.dr_m)
-        self._stages.show_counts("" if answer.judged_a is None else f"against the truth: {counts_of(answer.judged_a)}")
+        whose = "your labels" if answer.data.truth(answer.place) is None else "the truth"
+        self._stages.show_counts("" if answer.judged_a is None else f"against {whose}: {counts_of(answer.judged_a)}")
         self._titles(answer)
 
     def _titles(self, answer: Answer) -> None:
