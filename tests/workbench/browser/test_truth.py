@@ -42,7 +42,7 @@ def kinds(window: webdriver.Chrome) -> list[Any]:
 
 def counts(window: webdriver.Chrome) -> dict[str, int]:
     """Return what is said beside the sliders: how many are right, false, missed."""
-    said = re.search(r"against the truth: (.*)", str(window.execute_script(TEXT)))
+    said = re.search(r"against (?:the truth|your labels): (.*)", str(window.execute_script(TEXT)))
     return {word: int(count) for count, word in re.findall(r"(\d+) (right|false|missed)", said[1])} if said else {}
 
 
