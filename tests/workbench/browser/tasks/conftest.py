@@ -2,12 +2,15 @@
 
 import os
 import re
+import shutil
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from ods.base.files.shipped import shipped_file
+from ods.cli import main
 from tests.workbench.browser.conftest import Shared, running, untouched
 from tests.workbench.browser.hand import Hand
 from tests.workbench.serving import PROJECT
@@ -41,3 +44,14 @@ def counted(hand: Hand, task: str) -> None:
     rows = re.findall(r"(?m)^\| (.+?) \| (\d+) \| (\d+) \| (\d+) \|", PAGE.read_text())
     said = {row[0]: tuple(map(int, row[1:])) for row in rows}
     assert (hand.clicks, hand.keys, hand.fields) == said.get(task)
+
+
+def run_on_the_bench(option: str, file: Path, seconds: int) -> int:
+    """Return the exit code of `ods bench` with a file, beside any other bench that runs on this computer."""
+    with tempfile.TemporaryDirectory(prefix="ods-task-") as own:  # short: sockets are in it
+        shutil.copytree(PROJECT / "config", f"{own}/config")
+        config = Path(own, "config", "bench.toml")
+        config.write_text(config.read_text().replace('"/tmp/ods-bench"', f'"{own}/run"'))
+        return main(
+            ["bench", "--config", str(config), option, str(file), "--seconds", str(seconds), "--out", f"{own}/out"]
+        )

@@ -9,12 +9,11 @@ import pytest
 from PIL import Image
 from selenium.webdriver.remote.webelement import WebElement
 
-from ods.cli import main
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.workbench.engine.files.macro_run import MacroRun
 from tests.workbench.browser.conftest import Shared
 from tests.workbench.browser.hand import Hand
-from tests.workbench.browser.tasks.conftest import counted
+from tests.workbench.browser.tasks.conftest import counted, run_on_the_bench
 from tests.workbench.browser.test_downloads import came
 from tests.workbench.browser.waiting import until
 
@@ -61,7 +60,7 @@ def test_a_scene_from_nothing_is_rehearsed_and_run_on_the_bench(hand: Hand, fold
     counted(hand, "A scene from nothing, rehearsed, run on the bench")
     north, east, _ = load_scene(scene).objects_at(0.0).position_ned[0]
     assert (north, east) == pytest.approx((40.0, 5.0), abs=1.0)
-    assert main(["bench", "--scene", str(scene), "--seconds", "10", "--out", str(folder / "bench")]) == 0
+    assert run_on_the_bench("--scene", scene, 10) == 0
 
 
 def test_a_macro_does_all_of_it_again(hand: Hand, folder: Path) -> None:

@@ -6,10 +6,9 @@ from pathlib import Path
 import pytest
 
 from ods.base.settings_file import load
-from ods.cli import main
 from ods.config import OnboardConfig
 from tests.workbench.browser.hand import Hand
-from tests.workbench.browser.tasks.conftest import counted
+from tests.workbench.browser.tasks.conftest import counted, run_on_the_bench
 from tests.workbench.browser.waiting import TEXT, until
 
 pytestmark = pytest.mark.slow
@@ -71,4 +70,4 @@ def test_what_is_tuned_is_saved_and_runs(hand: Hand, folder: Path) -> None:
     counted(hand, "Save, and run on board")
     chain = load(tuned, OnboardConfig).pipeline.chain()
     assert (chain[-1]["use"], chain[-1]["high"]) == ("detect.two_level", 6.0)
-    assert main(["bench", "--onboard", str(tuned), "--seconds", "8", "--out", str(folder / "board")]) == 0
+    assert run_on_the_bench("--onboard", tuned, 8) == 0
