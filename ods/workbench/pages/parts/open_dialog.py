@@ -37,6 +37,8 @@ class OpenDialog:
         self._take_choice = take or session.do
         self._folder: Path | None = None
         self._entries: list[Entry] = []
+        self._asked = object()
+        """What was asked for last: a listing that comes later is of no use."""
         with ui.dialog() as self._dialog, ui.card().classes("w-[60rem] max-w-full gap-2 p-3").mark("open dialog"):
             with ui.row().classes("w-full items-center no-wrap"):
                 ui.label("Open").classes("text-lg")
@@ -71,11 +73,14 @@ class OpenDialog:
         """Show it, with the files that were opened last, or where there are none the first folder."""
         self._dialog.open()
         self._show_places()
+        asked = self._asked = object()
         with self._dialog:
-            ui.timer(0.0, self._begin, once=True)
+            ui.timer(0.0, partial(self._begin, asked), once=True)
 
-    async def _begin(self) -> None:
+    async def _begin(self, asked: object) -> None:
         last = await asyncio.to_thread(browsing.recent, self._session.folders)
+        if self._asked is not asked:
+            return  # a folder was chosen meanwhile
         if last or not self._session.folders:
             self._show_recent(last)
         else:
@@ -93,7 +98,10 @@ class OpenDialog:
                 _item(name, "", icon, partial(self._go, folder)).tooltip(str(folder))
 
     async def _go_recent(self) -> None:
-        self._show_recent(await asyncio.to_thread(browsing.recent, self._session.folders))
+        asked = self._asked = object()
+        last = await asyncio.to_thread(browsing.recent, self._session.folders)
+        if self._asked is asked:
+            self._show_recent(last)
 
     def _show_recent(self, last: list[Entry]) -> None:
         self._folder, self._entries = None, last
@@ -104,7 +112,10 @@ class OpenDialog:
         self._show()
 
     async def _go(self, folder: Path) -> None:
+        asked = self._asked = object()
         listed = await asyncio.to_thread(browsing.listing, folder, self._session.folders)
+        if self._asked is not asked:
+            return
         self._folder, self._entries = folder, listed.entries
         more = f", the first {browsing.MOST_LISTED}" if listed.is_cut else ""
         self._where.set_text(f"{folder}: {len(listed.entries)}{more}")
