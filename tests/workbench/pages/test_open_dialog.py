@@ -1,13 +1,16 @@
 """Files are opened and kept as the dialog says, and what cannot be done is said on the page."""
 
+import time
 from pathlib import Path
 
+import pytest
 from nicegui import ui
 from nicegui.elements.upload_files import SmallFileUpload
 from nicegui.testing import User
 from nicegui.testing.user_interaction import UserInteraction
 
 from ods.base.files.shipped import shipped_file
+from ods.workbench.engine.files import browsing
 from ods.workbench.model.state import State
 from ods.workbench.pages import frame
 from ods.workbench.pages.parts.open_dialog import OpenDialog
@@ -75,3 +78,24 @@ async def test_what_was_opened_is_offered_first_the_next_time(tmp_path: Path, ow
         await until(lambda: (own_data / "recent.json").exists())
         user.find("Open it").click()
         await user.should_see(str(tmp_path / "deep" / "mine.toml"))
+
+
+async def test_a_folder_that_is_chosen_at_once_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the dialog begins with comes later than what the user asked for."""
+    ended = []
+
+    def slow(_: object) -> list[browsing.Entry]:
+        time.sleep(0.5)
+        ended.append(True)
+        return []
+
+    monkeypatch.setattr(browsing, "recent", slow)
+    session = Session(State(), (tmp_path,))
+    async with visiting(session, _build) as user:
+        user.find("Open it").click()
+        await user.should_see("scenes of ODS")
+        click(user, "scenes of ODS")
+        await user.should_see("figure11.toml")
+        await until(lambda: bool(ended))
+        await user.should_see("figure11.toml")
+        await user.should_not_see(f"{tmp_path}: 0")
