@@ -208,7 +208,7 @@ def test_filter_over_pings_follows_the_pose() -> None:
     with running("equalize.mean_range", "filter.fir", "filter.ping_median", "detect.two_level") as process:
         deadline = time.monotonic() + PATIENCE_S
         number = 0
-        while not any(found.detections for found in process.found):
+        while not any(found.detections and found.poses_heard for found in process.found):  # the first may come before
             assert time.monotonic() < deadline, (process.health, len(process.found))
             driven = float(number % 25)
             intensity = 1.0 + 200.0 * body_echo("half", 0.4, 45.0 - driven, 0.0, fan_bearings(60), 1000)
@@ -218,7 +218,7 @@ def test_filter_over_pings_follows_the_pose() -> None:
             process.receive()
             process.sonar.publish("ping", make_ping(frame, seq=number, ping_number=number, t_ns=t_ns))
             number += 1
-        found = next(found for found in process.found if found.detections)
+        found = next(found for found in process.found if found.detections and found.poses_heard)
         assert found.detections[0].range_m == pytest.approx(45.0 - found.ping_number % 25, abs=1.0)
         assert found.ping_number <= found.poses_until < number  # each is sent after the pose of its instant
 
