@@ -52,9 +52,10 @@ def test_a_vehicle_is_watched(workbench: Shared, vehicle: Path, tmp_path: Path) 
 
 def test_a_threshold_is_set_and_saved_by_keys_alone(hand: Hand, folder: Path) -> None:
     hand.key("o")
-    hand.sees("opened last")
+    hand.sees(f"{folder}: ")  # listed: Tab goes through what is there
     hand.tab_to("scenes of ODS")
     hand.key(Keys.ENTER)
+    hand.sees("figure11.toml")
     hand.tab_to("figure11.toml")
     hand.key(Keys.ENTER)
     hand.sees("against the truth: 3 right")
