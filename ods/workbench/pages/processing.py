@@ -1,29 +1,22 @@
 """Menu 1, image processing: the chain and its sliders beside what they do to a ping, at once."""
 
 from functools import partial
-from pathlib import Path
-from typing import get_args, get_type_hints
 
-import numpy as np
 from nicegui import ui
-from nicegui.elements.select import Select
 from nicegui.events import KeyEventArguments
 
-from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.engine.data import Data
 from ods.workbench.engine.mission.moments import Moments, moments_of
 from ods.workbench.engine.ping.thresholds import setting_at
 from ods.workbench.model import actions as do
-from ods.workbench.model.paths import PathError, typed
-from ods.workbench.model.state import Beside, State, View
-from ods.workbench.pages.parts.folding import folds, tool_bar
-from ods.workbench.pages.parts.open_dialog import OpenDialog
+from ods.workbench.model.paths import PathError
+from ods.workbench.model.state import State
 from ods.workbench.pages.parts.timeline import Timeline
-from ods.workbench.pages.parts.tips import tip
 from ods.workbench.pages.ping.charts import CostBars, Histogram, Profile
 from ods.workbench.pages.ping.labelling import Labelling
-from ods.workbench.pages.ping.pictures import BESIDE, MAIN, OTHER, compares, counts_of, frames_of, title_of
+from ods.workbench.pages.ping.pictures import BESIDE, MAIN, OTHER, compares, counts_of, frames_of, reading, titles_of
 from ods.workbench.pages.ping.stages import StageList
+from ods.workbench.pages.ping.tools import Tools
 from ods.workbench.pages.ping.work import Answer, Costs, Work, last_stage
 from ods.workbench.session import Session
 from ods.workbench.web.fan_view import FanView, Spot
@@ -38,10 +31,8 @@ KEYS = (
     ("arrows, with Shift", "image processing: a ping back or on, ten"),
     ("N, Shift N", "image processing: to the next mark of the timeline, to the one before"),
 )
-PALETTES = get_args(get_type_hints(View)["palette"])
 PICTURES = "processing-pictures"
 """Id of their row, which goes full screen."""
-SHOWN = "what pictures show: attention, truth, colours"
 HEIGHT = "42vh"
 """Of a picture with charts below it."""
 WINDOW = "calc(100vh - 7rem)"
@@ -52,8 +43,6 @@ BUSY_S = 0.25
 BESIDE_S, BESIDE_HELD_S = 0.1, 0.4
 """After the picture, which the browser then has drawn, what is beside it is sent: no more often while one drags a
 slider, or the timeline, as it costs the browser more than the picture."""
-NOTHING, OTHER_DATA = -2, -3
-"""In the list of what is shown beside the picture."""
 
 
 def build(session: Session) -> None:
@@ -79,7 +68,7 @@ class _Page:
             with self._column:
                 self._stages = StageList(session)
             with self._root.after, ui.column().classes("w-full min-w-0 gap-1 flex-nowrap pl-2") as self._right:
-                self._build_tools()
+                self._tools = Tools(session, lambda: self._labelling.toggle(), PICTURES)
                 self._build_pictures()
                 self._timeline = Timeline(session, lambda: self._work.answered == self._work.asked, self._hold)
                 ui.keyboard(self._pressed, ignore=["input", "select", "textarea", "button"])
@@ -94,43 +83,6 @@ class _Page:
         self._work.ask()
 
     # -- building --
-    def _build_tools(self) -> None:
-        with tool_bar():
-            self._after = ui.select({}, label="picture", on_change=lambda event: self._view("shown_stage", event.value))
-            self._after.props("dense options-dense").classes("w-[7.5rem] max-xl:w-24").mark("shown stage")
-            self._beside = ui.select({}, label="beside it", on_change=lambda event: self._show_beside(event.value))
-            self._beside.props("dense options-dense").classes("w-[7.5rem] max-xl:w-24").mark("compared stage")
-            ui.toggle(["fan", "polar"], on_change=lambda event: self._view("presentation", event.value)).props(
-                "dense no-caps"
-            ).bind_value_from(self, "presentation").tooltip("P: the other one")
-            with folds("visibility", SHOWN, 1100):
-                self._build_shown()
-            self._build_size()
-            self._choose_beside = OpenDialog(self._session, self._put_beside)
-            ui.space()
-            self._build_comparison()
-
-    def _build_shown(self) -> None:
-        self._attention = ui.checkbox("attention", on_change=lambda event: self._view("attention", event.value))
-        self._attention.props("dense").tooltip("dims the ranges that this ping skips")
-        self._truth = ui.checkbox("truth", on_change=lambda event: self._view("truth", event.value))
-        self._truth.props("dense").mark("truth")
-        self._truth.tooltip("where it is known: ✓ right, ✕ false, ? an object that was missed")
-        ui.label("colours, dB").classes("text-xs opacity-80")
-        self._scale = ui.range(min=-40, max=80, step=1, value={"min": -5, "max": 30}, on_change=self._set_scale)
-        self._scale.props("dense label").classes("w-28").tooltip("colour scale, dB over the image's median")
-        palette = ui.select(list(PALETTES), on_change=lambda event: self._view("palette", event.value))
-        palette.props("dense options-dense borderless").bind_value_from(self, "palette")
-        tip(palette, "colours of all images").mark("palette")
-
-    def _build_size(self) -> None:
-        self._large = ui.button(icon="open_in_full", on_click=self._toggle_large).props("dense flat")
-        tip(self._large, "pictures fill the window (F)").mark("large")
-        label = ui.button(icon="draw", on_click=lambda: self._labelling.toggle()).props("dense flat")
-        tip(label, "label what is to be found in a recording (L)").mark("label")
-        whole = tip(ui.button(icon="fullscreen").props("dense flat"), "full screen").mark("full screen")
-        whole.on("click", js_handler=f"() => document.getElementById('{PICTURES}').requestFullscreen()")
-
     def _build_charts(self) -> None:
         with ui.row().classes("w-full no-wrap items-start gap-3"):
             with ui.column().classes("w-1/2 min-w-0 gap-0"):
@@ -138,22 +90,6 @@ class _Page:
             with ui.column().classes("w-1/2 min-w-0 gap-0"):
                 self._histogram = Histogram(self._drag_level)
         self._cost = CostBars()
-
-    def _build_comparison(self) -> None:
-        button = "dense flat no-caps no-wrap"
-        ui.button("keep as B", on_click=lambda: self._session.do(do.KeepAsB())).props(button).mark("keep as B")
-        with folds("compare", "B: swap, drop, how it is compared", 900) as self._with_b:
-            ui.button("swap", on_click=lambda: self._session.do(do.SwapAB())).props(button).mark("swap")
-            drop = ui.button("drop B", on_click=lambda: self._session.do(do.DropB())).props(button).mark("drop B")
-            drop.tooltip("with C and D")
-            self._next = ui.button("keep as C", on_click=lambda: self._session.do(do.KeepAsNext()))
-            self._next.props(button).mark("keep as next").tooltip(
-                "for the range profile: up to four chains on one beam"
-            )
-            self._comparison = ui.toggle(
-                ["split", "blink", "difference"], on_change=lambda event: self._view("comparison", event.value)
-            )
-            self._comparison.props("dense no-caps").mark("comparison")
 
     def _build_pictures(self) -> None:
         tools = ui.element("div").classes("w-full")
@@ -170,60 +106,17 @@ class _Page:
         self._readout = ui.label("point at a picture: range, bearing and level").classes("text-xs opacity-80")
 
     # -- what the user does --
-    @property
-    def presentation(self) -> str:
-        """Of the session; the toggle shows it."""
-        return self._session.state.view.presentation
-
-    @property
-    def palette(self) -> str:
-        """Of the session; the choice shows it."""
-        return self._session.state.view.palette
-
-    def _toggle_large(self) -> None:
-        self._view("large", not self._session.state.view.large)
-
     def _set_width(self) -> None:
         """Keep the width that the user drags, also if the pictures have the window by then; a quick one has none."""
         if self._root.value:
-            self._view("chain_px", int(min(max(self._root.value, 280), 900)))
+            self._tools.set("chain_px", int(min(max(self._root.value, 280), 900)))
         view = self._session.state.view
         self._root.set_value(0 if view.large else view.chain_px)
-
-    def _view(self, name: str, value: object) -> None:
-        if value is not None and getattr(self._session.state.view, name) != value:
-            self._session.do(do.SetView(name, value))
-
-    def _show_beside(self, value: int) -> None:
-        state = self._session.state
-        if value == OTHER_DATA:
-            if state.beside is None:
-                self._choose_beside.open()
-                self._arrange(state)  # nothing is chosen yet
-            return
-        if state.beside is not None:
-            self._session.do(do.ShowBeside(None))
-        wanted_stage = None if value == NOTHING else value
-        if state.view.compared_stage != wanted_stage:
-            self._session.do(do.SetView("compared_stage", wanted_stage))
-
-    def _put_beside(self, chosen: do.OpenData) -> None:
-        """Show other data beside these."""
-        scene = None if chosen.scene is None else typed(chosen.scene, SceneFile)
-        self._session.do(do.ShowBeside(Beside(chosen.data, scene)))
-
-    def _set_scale(self) -> None:
-        view = self._session.state.view
-        low, high = float(self._scale.value["min"]), float(self._scale.value["max"])
-        if low < high and (low, high) != (view.lowest_db, view.highest_db):
-            first, second = ("highest_db", high), ("lowest_db", low)
-            for name, value in (first, second) if high > view.lowest_db else (second, first):
-                self._view(name, value)
 
     def _pressed(self, event: KeyEventArguments) -> None:
         if event.action.keydown and self._work.visible:
             self._timeline.press(event)
-            does = {"f": self._toggle_large, "l": self._labelling.toggle}.get(event.key.name.lower())
+            does = {"f": self._tools.toggle_large, "l": self._labelling.toggle}.get(event.key.name.lower())
             if does and not (event.modifiers.ctrl or event.modifiers.meta or event.modifiers.alt):
                 does()
 
@@ -247,21 +140,11 @@ class _Page:
     def _hover(self, spot: Spot) -> None:
         if self._session.state.view.pinned_beam is None:
             self._profile.beam(spot.beam)
-        self._readout.set_text(self._reading(spot))
+        self._readout.set_text(reading(self._answer, spot))
 
     def _pick(self, spot: Spot) -> None:
         pinned = self._session.state.view.pinned_beam
         self._session.do(do.SetView("pinned_beam", None if pinned == spot.beam else spot.beam))
-
-    def _reading(self, spot: Spot) -> str:
-        text = f"{spot.range_m:.2f} m, {np.degrees(spot.bearing_rad):+.1f}°, beam {spot.beam}"
-        if self._answer is None:
-            return text
-        rows, columns = self._answer.a.looks[0].codes.shape
-        if not (0 <= spot.beam < rows and 0 <= spot.sample < columns):
-            return text
-        levels = [f"{look.label} {look.reading_db(spot.beam, spot.sample):.1f}" for look in self._answer.a.looks]
-        return f"{text}: dB over the median, {', '.join(levels)}"
 
     # -- what comes of it --
     def answered_with(self, answer: Answer) -> None:
@@ -306,28 +189,8 @@ class _Page:
         self._stages.show_spacing(answer.a.ping.dr_m)
         whose = "your labels" if answer.data.truth(answer.place) is None else "the truth"
         self._stages.show_counts("" if answer.judged_a is None else f"against {whose}: {counts_of(answer.judged_a)}")
-        self._titles(answer)
-
-    def _titles(self, answer: Answer) -> None:
-        state = answer.state
-        own = title_of(state.tuning, state.view.shown_stage)
-        if state.beside is not None:
-            self._main.set_title(f"{'' if state.other is None else 'A '}{own}")
-            self._second.set_title(f"{Path(state.beside.data.path).name}: {own}")
-            return
-        if state.other is None:
-            self._main.set_title(own)
-            self._second.set_title(title_of(state.tuning, state.view.compared_stage or -1))
-            return
-        parted = answer.parted
-        counts = (
-            f": {len(parted.both)} both, {len(parted.only_a)} only A, {len(parted.only_b)} only B" if parted else ""
-        )
-        self._main.set_title(f"A {own}{counts if state.view.comparison == 'difference' else ''}")
-        other = title_of(state.other, state.view.shown_stage)
-        self._second.set_title(
-            f"B {other}" if compares(state) else title_of(state.tuning, state.view.compared_stage or -1)
-        )
+        for picture, title in zip((self._main, self._second), titles_of(answer), strict=True):
+            picture.set_title(title)
 
     def _mark_busy(self) -> None:
         """Dim pictures that are not the newest, with the reason."""
@@ -345,27 +208,15 @@ class _Page:
             self._arrange(after)
 
     def _arrange(self, state: State) -> None:
-        """Show what the state says of the tools and of which pictures there are."""
-        view, chain = state.view, state.tuning.config.pipeline.chain()
-        options = {place: title_of(state.tuning, place) for place in range(-1, len(chain))}
-        _offer(self._after, options, min(view.shown_stage, len(chain) - 1))
-        compared = NOTHING if view.compared_stage is None else min(view.compared_stage, len(chain) - 1)
-        beside = {NOTHING: "nothing", **options, OTHER_DATA: "other data" if state.beside else "other data ..."}
-        _offer(self._beside, beside, OTHER_DATA if state.beside else compared)
-        self._beside.set_enabled(not compares(state))
-        self._attention.set_value(view.attention)
-        self._truth.set_value(view.truth)
+        """Show what the state says: tools, and which pictures there are."""
+        view = state.view
+        self._tools.arrange(state)
         self._column.set_visibility(not view.large)
         self._root.set_value(0 if view.large else view.chain_px)
         self._charts.set_visibility(not view.large)
         for picture in (self._main, self._second):
             picture.style(f"height: {'100%' if view.large else HEIGHT}")
         self._right.style(f"height: {WINDOW if view.large else 'auto'}")
-        self._large.set_icon("close_fullscreen" if view.large else "open_in_full")
-        self._scale.set_value({"min": view.lowest_db, "max": view.highest_db})
-        self._comparison.set_value(view.comparison)
-        self._with_b.set_visibility(state.other is not None)
-        self._next.set_text("keep as D" if state.further else "keep as C")
         self._second.set_visibility(compares(state) or view.compared_stage is not None or state.beside is not None)
         self._blinks.active = state.other is not None and view.comparison == "blink"
         if not self._blinks.active and self._main.view != MAIN:
@@ -376,9 +227,3 @@ class _Page:
 
 def _arranged(state: State) -> tuple[object, ...]:
     return state.view, state.tuning, state.other, state.further, state.beside
-
-
-def _offer(choice: Select, options: dict[int, str], value: int) -> None:
-    """Give a choice its options, which are sent whole, only if they are others."""
-    if (choice.options, choice.value) != (options, value):
-        choice.set_options(options, value=value)

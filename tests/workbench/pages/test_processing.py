@@ -67,6 +67,10 @@ def frame(user: User, view: str = "main") -> Frame | None:
     return board.latest(view)
 
 
+def titles(user: User) -> list[str]:
+    return [str(fan.props.get("title")) for fan in user.find(FanView).elements]
+
+
 def kinds(user: User) -> set[str]:
     shown = frame(user)
     return {circle.kind for circle in shown.circles} if shown else set()
@@ -199,6 +203,13 @@ async def test_three_filters_are_seen_on_one_beam(user: User, session: Session) 
     assert names == ["A: as recorded", "A: after 2 filter.median", "B: after 2 filter.fir", "C: after 2 filter.wiener"]
     user.find(marker="drop B").click()
     await until(lambda: [chosen.options[each] for each in chosen.value] == ["as recorded", "after 3 detect.two_level"])
+
+
+async def test_the_picture_beside_says_which_stage_it_is_after(user: User, session: Session) -> None:
+    session.do(SetView("compared_stage", 0))  # the first, not the recorded image
+    await until(lambda: "after 1 equalize.mean_range" in titles(user))
+    session.do(SetView("compared_stage", -1))
+    await until(lambda: "as recorded" in titles(user))
 
 
 async def test_dragging_a_level_changes_its_setting(user: User, session: Session) -> None:

@@ -1,7 +1,9 @@
-"""Pictures of the image processing menu: frames of an answer."""
+"""Pictures of the image processing menu: frames of an answer, their titles, and what is read in them."""
 
+import math
 from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
 
 from msgspec.structs import replace
 
@@ -13,6 +15,7 @@ from ods.workbench.engine.ping.thresholds import thresholds
 from ods.workbench.engine.ping.truth import Judged, TrueCircle
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.pages.ping.work import Answer, last_stage
+from ods.workbench.web.fan_view import Spot
 from ods.workbench.web.frames import Circle, Frame, Kind, cells_of
 
 MAIN, BESIDE, OTHER = "main", "beside", "other"
@@ -50,6 +53,32 @@ def title_of(tuning: Tuning, place: int) -> str:
     if not 0 <= place < len(chain):
         return "as recorded"
     return f"after {place + 1} {chain[place]['use']}" + (" (bypassed)" if place in tuning.bypassed else "")
+
+
+def titles_of(answer: Answer) -> tuple[str, str]:
+    """Return the titles of the picture and of that beside it."""
+    state, view = answer.state, answer.state.view
+    own = title_of(state.tuning, view.shown_stage)
+    compared = title_of(state.tuning, -1 if view.compared_stage is None else view.compared_stage)
+    if state.beside is not None:
+        return f"{'' if state.other is None else 'A '}{own}", f"{Path(state.beside.data.path).name}: {own}"
+    if state.other is None:
+        return own, compared
+    parted = answer.parted if view.comparison == "difference" else None
+    counts = f": {len(parted.both)} both, {len(parted.only_a)} only A, {len(parted.only_b)} only B" if parted else ""
+    return f"A {own}{counts}", f"B {title_of(state.other, view.shown_stage)}" if compares(state) else compared
+
+
+def reading(answer: Answer | None, spot: Spot) -> str:
+    """Return what is read at a place of the picture: range, bearing, and the level after each stage."""
+    text = f"{spot.range_m:.2f} m, {math.degrees(spot.bearing_rad):+.1f}°, beam {spot.beam}"
+    if answer is None:
+        return text
+    rows, columns = answer.a.looks[0].codes.shape
+    if not (0 <= spot.beam < rows and 0 <= spot.sample < columns):
+        return text
+    levels = [f"{look.label} {look.reading_db(spot.beam, spot.sample):.1f}" for look in answer.a.looks]
+    return f"{text}: dB over the median, {', '.join(levels)}"
 
 
 def _frame(
