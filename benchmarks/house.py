@@ -1,32 +1,45 @@
-"""`python -m benchmarks.house`: two figures of how hard the code is to follow, neither of which is met by cutting.
+"""`python -m benchmarks.house`: figures of how hard the code is to follow, none of which is met by cutting.
 
 Hand-set constants a package: numbers in Python's modules and in the defaults of named tuples, and in C's defines; what
-a user may set (`Settings`) and laws that a benchmark fitted are not counted. Files entered by one scan: what
-`Tracker.step` runs through for a scan with objects and false alarms, Python and C, and how often the work goes from one
-file to another.
+a user may set (`Settings`) and laws that a benchmark fitted are not counted. Walks: the files, Python and C, that the
+work goes through, and how often it comes to one (stays) and comes back to one (returns), after a warm-up: of a ping
+through the default chain, of a pose from its last CAN frame to the tracker, of a scan with objects and false alarms
+through the tracker's step.
 """
 
 import ast
 import re
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import islice, pairwise
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, NamedTuple
 
+from benchmarks.pipeline import made_up_ping
 from benchmarks.tracker import SIZES, field
+from ods.base.frames.mounting import MountingSettings
+from ods.base.geodesy import SiteSettings
+from ods.pipeline.chain import Chain
+from ods.pipeline.settings import PipelineSettings
+from ods.pose.buffer import PoseSettings
+from ods.pose.utc import VehicleUtc
 from ods.tracker import scenario
-from ods.tracker.settings import TrackerSettings
+from ods.tracker.mission import MissionTracker
+from ods.tracker.output.validity import InputMonitor
+from ods.tracker.settings import TrackerConfig, TrackerSettings
 from ods.tracker.tracker import Tracker
+from tests.nav_bridge.canopen_samples import IDS, PERIOD, Bench, pdos
 
 ROOT = Path(__file__).resolve().parents[1] / "ods"
 DEFINED = re.compile(r"^#define [A-Z][A-Z0-9_]* +\(?-?[0-9]", re.MULTILINE)
 KERNEL = re.compile(r"^(?:LONG_)?KERNEL(?:_[A-Z]+)?\(\s*(\w+)", re.MULTILINE)
 FITTED = ("laws.py",)
-SCANS = 30
-"""Before the one that is followed."""
+WARM_UP = 30
+"""Pings, epochs or scans before the one that is followed."""
+SPACING_NS = 250_000
+"""Between the frames of an epoch."""
 
 
 def constants(path: Path) -> int:
@@ -61,35 +74,79 @@ def kernels() -> dict[str, Path]:
     return {name: path for path in ROOT.rglob("*.c") for name in KERNEL.findall(path.read_text(encoding="utf-8"))}
 
 
-def files_of_a_scan() -> list[Path]:
-    """Return the files that one scan goes through, in order: a file again each time the work comes back to it."""
-    tracker, scans, files, of_kernel = (
-        Tracker(TrackerSettings()),
-        scenario.scans(field(*SIZES[0]).scenario),
-        [],
-        kernels(),
-    )
+class Walk(NamedTuple):
+    """The files that a call goes through, in order, each as often as the work comes to it."""
+
+    entered: list[Path]
+    """By calls alone, as one reads."""
+    passed: list[Path]
+    """The ways back to the callers, too."""
+
+
+def walk(work: Callable[[], object]) -> Walk:
+    """Return the walk of a call."""
+    entered: list[Path] = []
+    files: list[Path] = []
+    of_kernel = kernels()
 
     def note(frame: FrameType, event: str, argument: Any) -> None:
         file = Path(frame.f_code.co_filename)
         if event == "c_call" and argument.__name__ in of_kernel:
+            entered.append(of_kernel[argument.__name__])
             files.append(of_kernel[argument.__name__])
         elif event in ("call", "return", "c_return") and file.is_relative_to(ROOT):
             files.append(file)
+            entered += [file] * (event == "call")
 
-    for scan in islice(scans, SCANS):
-        tracker.step(scan)
-    scan = next(iter(scans))
     sys.setprofile(note)
     try:
-        tracker.step(scan)
+        work()
     finally:
         sys.setprofile(None)
+    return Walk(_stays(entered), _stays(files))
+
+
+def _stays(files: list[Path]) -> list[Path]:
     return files[:1] + [here for before, here in pairwise(files) if here != before]
 
 
+def walk_of_a_ping() -> Walk:
+    """Return the walk of a ping through the default chain, 60 beams by 2000 samples."""
+    chain, pings = Chain(PipelineSettings()), [made_up_ping(60, seed=seed) for seed in range(WARM_UP)]
+    for ping in pings:
+        chain.process(ping)
+    return walk(lambda: chain.process(pings[-1]))
+
+
+def walk_of_a_pose() -> Walk:
+    """Return the walk of the CAN frame that completes an epoch, and of its pose in the tracker."""
+    bench = Bench()
+    config = TrackerConfig(SiteSettings(57.0, 9.9), PoseSettings(), TrackerSettings(), MountingSettings())
+    tracker = MissionTracker(config, InputMonitor(0, (), lambda _: ""), VehicleUtc(0, 0, "clock"))
+    for number in range(1, WARM_UP):
+        for pose in bench.epoch(number):
+            tracker.add_pose(pose)
+    bench.epoch(WARM_UP, only=tuple(range(1, len(IDS))))
+
+    def last() -> None:
+        pose = bench.take(IDS[-1], pdos(WARM_UP)[-1], WARM_UP * PERIOD + len(IDS) * SPACING_NS)
+        assert pose is not None
+        tracker.add_pose(pose)
+
+    return walk(last)
+
+
+def walk_of_a_scan() -> Walk:
+    """Return the walk of a scan through the tracker's step."""
+    tracker, scans = Tracker(TrackerSettings()), scenario.scans(field(*SIZES[0]).scenario)
+    for scan in islice(scans, WARM_UP):
+        tracker.step(scan)
+    scan = next(iter(scans))
+    return walk(lambda: tracker.step(scan))
+
+
 def main() -> None:
-    """Print both."""
+    """Print all; `--files`: those of each walk, in order."""
     numbers: Counter[str] = Counter()
     lines: Counter[str] = Counter()
     for path in sources(ROOT):
@@ -101,8 +158,13 @@ def main() -> None:
         if count:
             print(f"| {package} | {lines[package]} | {count} |")
     print(f"| all | {lines.total()} | {numbers.total()} |")
-    stays = files_of_a_scan()
-    print(f"\nfiles entered by one scan: {len(set(stays))}, in {len(stays)} stays")
+    print("\n| walk | files | stays | returns | stays with the ways back |\n|---|---|---|---|---|")
+    for name, walked in {"ping": walk_of_a_ping, "pose": walk_of_a_pose, "scan": walk_of_a_scan}.items():
+        entered, passed = walked()
+        files = len(set(entered))
+        print(f"| {name} | {files} | {len(entered)} | {len(entered) - files} | {len(passed)} |")
+        if "--files" in sys.argv:
+            print(*(path.relative_to(ROOT) for path in entered), sep="\n")
 
 
 if __name__ == "__main__":

@@ -37,7 +37,7 @@ def meant(name: object, known: Iterable[object]) -> str:
 
 
 def none_of(name: object, known: Iterable[object]) -> str:
-    """Return "'prot' is none of port, baud", with what was meant where that can be guessed."""
+    """Return "'prot' is not one of port, baud", with what was meant where that can be guessed."""
     there = list(known)
     names = [repr(item) if "," in str(item) else str(item) for item in there]
-    return f"{name!r} is none of {', '.join(names)}{meant(name, there)}"
+    return f"{name!r} is not one of {', '.join(names)}{meant(name, there)}"

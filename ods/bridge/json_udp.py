@@ -44,25 +44,25 @@ class JsonEncoder:
 
 
 def _head(moment: Moment) -> dict[str, Any]:
-    picture, site = moment.picture, moment.picture.site
+    obstacle_list, site = moment.obstacle_list, moment.obstacle_list.site
     return {
         "ods": FORMAT,
-        "seq": picture.seq,
+        "seq": obstacle_list.seq,
         "utc_ms": moment.utc_ns // MS,
-        "utc_source": picture.utc_source,
+        "utc_source": obstacle_list.utc_source,
         "age_s": round(moment.age_s, 3),
         "site": site,
-        "frame": picture.frame,
+        "frame": obstacle_list.frame,
         "vehicle": {
             "position_ned": _rounded(moment.vehicle()),
             "velocity_ned": _rounded(moment.pose.velocity_ned),
             "heading_deg": round(heading_deg(moment.pose.attitude), 2),
         },
-        "bottom_left_out": picture.bottom_left_out,
-        "unseen_share": round(picture.unseen_share, 3),
-        "unseen_why": picture.unseen_why[:200],
-        "unseen": [_unseen(part) for part in picture.unseen[:MOST_UNSEEN]],
-        "caution": picture.caution[:200],
+        "bottom_left_out": obstacle_list.bottom_left_out,
+        "unseen_share": round(obstacle_list.unseen_share, 3),
+        "unseen_why": obstacle_list.unseen_why[:200],
+        "unseen": [_unseen(part) for part in obstacle_list.unseen[:MOST_UNSEEN]],
+        "caution": obstacle_list.caution[:200],
     }
 
 
@@ -109,7 +109,7 @@ def _obstacle(obstacle: Obstacle, moment: Moment) -> dict[str, Any]:
 
 def _ignored(obstacle: Obstacle, moment: Moment) -> dict[str, Any] | None:
     """Return the operator's veto of an obstacle; None: there is none."""
-    for veto in moment.picture.vetoes:
+    for veto in moment.obstacle_list.vetoes:
         if veto.number == obstacle.ignored_by:
             return {"by": veto.author, "why": veto.reason, "until_utc_ms": veto.until_utc_ns // MS}
     return None

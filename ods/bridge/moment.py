@@ -16,19 +16,19 @@ from ods.messages import ClosestApproach, Obstacle, ObstacleList, PoseAt
 class Moment:
     """A list that is valid, the vehicle's pose in it, and the instant of sending, CLOCK_MONOTONIC."""
 
-    picture: ObstacleList
+    obstacle_list: ObstacleList
     pose: PoseAt
     now_ns: int
 
     @property
     def age_s(self) -> float:
         """Time since the instant that the list is valid for."""
-        return (self.now_ns - self.picture.t_ns) / NS
+        return (self.now_ns - self.obstacle_list.t_ns) / NS
 
     @property
     def utc_ns(self) -> int:
         """UTC now, by the clock that the list's UTC is of."""
-        return self.picture.utc_ns + self.now_ns - self.picture.t_ns
+        return self.obstacle_list.utc_ns + self.now_ns - self.obstacle_list.t_ns
 
     def vehicle(self) -> Vector3:
         """Return where the vehicle is now, NED, m."""
@@ -54,7 +54,9 @@ class Moment:
         ignored: those, too, that an operator said to ignore: for a receiver that is informed of it, or leans to the
         safe side.
         """
-        present = [(self.edge_m(obstacle), obstacle) for obstacle in self.picture.obstacles if _is_there(obstacle)]
+        present = [
+            (self.edge_m(obstacle), obstacle) for obstacle in self.obstacle_list.obstacles if _is_there(obstacle)
+        ]
         if not ignored:
             present = [each for each in present if each[1].ignored_by < 0]
         finite = [each for each in present if math.isfinite(each[0])]
@@ -62,8 +64,8 @@ class Moment:
 
     def left_out(self, sent: int) -> int:
         """Return how many obstacles are known and not among the `sent` ones."""
-        present = sum(map(_is_there, self.picture.obstacles))
-        return self.picture.left_out + present - sent
+        present = sum(map(_is_there, self.obstacle_list.obstacles))
+        return self.obstacle_list.left_out + present - sent
 
 
 def is_finite(pose: PoseAt) -> bool:

@@ -113,7 +113,11 @@ class MavlinkWorker(BridgeWorker):
     def handle(self, topic: str, message: ObstacleList | Clearance) -> None:
         """Keep the newest list of which the clearance has come, too."""
         self._newest[topic] = message
-        picture, clearance = self._newest.get("obstacles"), self._newest.get("clearance")
-        if isinstance(picture, ObstacleList) and isinstance(clearance, Clearance) and picture.seq == clearance.seq:
+        obstacle_list, clearance = self._newest.get("obstacles"), self._newest.get("clearance")
+        if (
+            isinstance(obstacle_list, ObstacleList)
+            and isinstance(clearance, Clearance)
+            and obstacle_list.seq == clearance.seq
+        ):
             self._mavlink.take(clearance)
-            super().handle("obstacles", picture)
+            super().handle("obstacles", obstacle_list)

@@ -86,7 +86,7 @@ def _degrees(north: float, east: float) -> str:
 
 def _utc(moment: Moment) -> str:
     """Return the time of day, hhmmss.ss; empty where UTC is not to be relied on."""
-    if moment.picture.utc_source == "unsure":
+    if moment.obstacle_list.utc_source == "unsure":
         return ""
     time = datetime.fromtimestamp(moment.utc_ns / NS, UTC)
     return f"{time:%H%M%S}.{time.microsecond // 10_000:02d}"

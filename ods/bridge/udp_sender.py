@@ -16,7 +16,7 @@ class UdpSender:
     """A socket to the destination, made again after errors: the interface may have got another address.
 
     `complain`: counts by the name given, and says the text once. Names: `refused_datagrams` (the receiver's computer
-    reports that the port is closed), `unsent_datagrams` (no way there, or no room).
+    reports that the port is closed), `unsent_datagrams` (no route, or a full buffer).
     """
 
     def __init__(self, to: Destination, complain: Callable[[str, str], None]) -> None:

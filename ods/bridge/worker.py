@@ -31,7 +31,7 @@ class ListWorker(Worker[BridgeConfig]):
 
     def __init__(self, service: Service, settings: BridgeConfig) -> None:
         super().__init__(service, settings)
-        self._picture: ObstacleList | None = None
+        self._obstacle_list: ObstacleList | None = None
         self._heard_ns = clock.monotonic_ns()
         self._due_ns = 0
         self._silent = ""
@@ -49,25 +49,25 @@ class ListWorker(Worker[BridgeConfig]):
     def handle(self, topic: str, message: Any) -> None:
         """Keep the newest list; what waits for its turn is never older than that."""
         self._heard_ns = clock.monotonic_ns()
-        if self._picture is not None:
+        if self._obstacle_list is not None:
             self.service.counters["paced_lists"] += 1
-        self._picture = message
+        self._obstacle_list = message
 
     def tick(self) -> None:
         """Send the newest list, if it is time."""
         now_ns = clock.monotonic_ns()
-        if self._picture is None or now_ns < self._due_ns:
+        if self._obstacle_list is None or now_ns < self._due_ns:
             return
-        picture, self._picture = self._picture, None
-        self._silent = why_silent(picture, now_ns)
-        self.judged(picture, self._silent)
-        if self._silent or picture.pose is None:
+        obstacle_list, self._obstacle_list = self._obstacle_list, None
+        self._silent = why_silent(obstacle_list, now_ns)
+        self.judged(obstacle_list, self._silent)
+        if self._silent or obstacle_list.pose is None:
             self.service.complain_once("withheld_lists", f"nothing is sent: {self._silent}")
             return
         self._due_ns = now_ns + self._period_ns
-        self.send(Moment(picture, picture.pose, now_ns))
+        self.send(Moment(obstacle_list, obstacle_list.pose, now_ns))
 
-    def judged(self, picture: ObstacleList, silent: str) -> None:
+    def judged(self, obstacle_list: ObstacleList, silent: str) -> None:
         """Take note of a list, and of why it is not sent."""
 
     @abstractmethod
@@ -90,13 +90,13 @@ class ListWorker(Worker[BridgeConfig]):
         return [said for said in (f"nothing is sent: {silent}" if silent else "", self.peer_problem(now_ns)) if said]
 
 
-def why_silent(picture: ObstacleList, now_ns: int) -> str:
+def why_silent(obstacle_list: ObstacleList, now_ns: int) -> str:
     """Return why a list must not be sent, or ""."""
-    if not picture.valid:
-        return "the list is not valid: " + "; ".join(picture.reasons)
-    age_ns = now_ns - (picture.made_ns or picture.t_ns)
+    if not obstacle_list.valid:
+        return "the list is not valid: " + "; ".join(obstacle_list.reasons)
+    age_ns = now_ns - (obstacle_list.made_ns or obstacle_list.t_ns)
     if age_ns > STALE_NS:
         return f"the list is {age_ns / clock.NS:.1f} s old"
-    if picture.pose is None or not is_finite(picture.pose):
+    if obstacle_list.pose is None or not is_finite(obstacle_list.pose):
         return "the vehicle's pose is not known"
     return ""

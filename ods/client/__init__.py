@@ -2,12 +2,12 @@
 
 from ods.client import Obstacles, near_misses
 
-for picture in Obstacles("/run/ods"):
-    if not picture.valid:
-        print("do not rely on it:", picture.reasons)
-    for obstacle in picture.obstacles:
+for obstacle_list in Obstacles("/run/ods"):
+    if not obstacle_list.valid:
+        print("do not rely on it:", obstacle_list.reasons)
+    for obstacle in obstacle_list.obstacles:
         print(obstacle.id, obstacle.state, obstacle.position_ned, obstacle.radius_m)
-    for miss in near_misses(picture, within_m=5.0, horizon_s=60.0):
+    for miss in near_misses(obstacle_list, within_m=5.0, horizon_s=60.0):
         print(miss.obstacle.id, "may come within 5 m in", miss.time_s, "s")
 
 Obstacles("tcp://192.168.2.10:5600", key="planner.secret")  # of another computer: docs/network.md

@@ -19,13 +19,13 @@ class Ahead(NamedTuple):
     """Of that place, m^2, rows and columns north east down."""
 
 
-def at(picture: ObstacleList, t_ns: int) -> list[Ahead]:
-    """Return where the obstacles of a list, but those that ended, are at `t_ns`, on the clock of `picture.t_ns`.
+def at(obstacle_list: ObstacleList, t_ns: int) -> list[Ahead]:
+    """Return where the obstacles of a list, but those that ended, are at `t_ns`, on the clock of `obstacle_list.t_ns`.
 
-    On another machine, where only UTC means anything: picture.t_ns + (utc_ns - picture.utc_ns).
+    On another machine, where only UTC means anything: obstacle_list.t_ns + (utc_ns - obstacle_list.utc_ns).
     """
-    lead_s = (t_ns - picture.t_ns) / NS
-    return [extrapolated(each, lead_s) for each in picture.obstacles if each.state != "terminated"]
+    lead_s = (t_ns - obstacle_list.t_ns) / NS
+    return [extrapolated(each, lead_s) for each in obstacle_list.obstacles if each.state != "terminated"]
 
 
 def extrapolated(obstacle: Obstacle, lead_s: float) -> Ahead:

@@ -38,7 +38,7 @@ class Obstacles:
     ) -> None:
         """`place`: the run folder, or on another computer "tcp://ADDRESS:PORT", with the file of a `key`.
 
-        Raises KeyFileError for a key that cannot be used, RemoteError for an address that is none.
+        Raises KeyFileError for a key that cannot be used, RemoteError for an invalid address.
         """
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._place = place

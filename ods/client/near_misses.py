@@ -27,7 +27,9 @@ class NearMiss(NamedTuple):
     """Standard deviation of that."""
 
 
-def near_misses(picture: ObstacleList, within_m: float, horizon_s: float = 60.0, sigmas: float = 2.0) -> list[NearMiss]:
+def near_misses(
+    obstacle_list: ObstacleList, within_m: float, horizon_s: float = 60.0, sigmas: float = 2.0
+) -> list[NearMiss]:
     """Return which obstacles may come within `within_m` of the vehicle's origin in the next `horizon_s`, soonest first.
 
     May: by `sigmas` standard deviations of place and radius at each time. All are in the horizontal plane, as depths
@@ -35,8 +37,8 @@ def near_misses(picture: ObstacleList, within_m: float, horizon_s: float = 60.0,
     What an operator said to ignore is left out (`Obstacle.ignored_by`).
     The list shows nothing of what it cannot vouch for: see `valid`.
     """
-    present = [each for each in picture.obstacles if each.state != "terminated" and each.ignored_by < 0]
-    vehicle = picture.pose
+    present = [each for each in obstacle_list.obstacles if each.state != "terminated" and each.ignored_by < 0]
+    vehicle = obstacle_list.pose
     if vehicle is None:
         return [NearMiss(each, 0.0, 0.0, 0.0) for each in present]
     found = [_near_miss(each, vehicle, within_m, horizon_s, sigmas) for each in present]

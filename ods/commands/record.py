@@ -8,8 +8,8 @@ from ods.base.files.in_file import text_of
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.recording.errors import RecordingError
-from ods.recording.mend import mend
 from ods.recording.record_s7k import record_s7k
+from ods.recording.repair import repair
 from ods.recording.service import RecordWorker
 from ods.recording.settings import RecordConfig
 from ods.runtime.processes import PROCESSES
@@ -31,7 +31,7 @@ def run(args: Namespace) -> int:
     if args.is_on:
         return 0 if load(args.config, OnboardConfig).record.on else 1
     if args.finish:
-        mend(args.finish)
+        repair(args.finish)
     elif args.s7k:
         config = load(args.config, OnboardConfig)
         origin_deg = config.site.latitude_deg, config.site.longitude_deg

@@ -148,10 +148,10 @@ class FoxgloveMessages:
         return [("/log", fg.Log(timestamp=stamp, level=level, message="; ".join(problems) or "all is well", name=who))]
 
 
-def scene(stamp: fg.Timestamp, picture: ObstacleList) -> fg.SceneUpdate:
+def scene(stamp: fg.Timestamp, obstacle_list: ObstacleList) -> fg.SceneUpdate:
     """Return all obstacles of a list, in place of all that were there."""
     everything = fg.SceneEntityDeletion(timestamp=stamp, type=fg.SceneEntityDeletionType.All)
-    there = [_entity(stamp, o, picture.valid) for o in picture.obstacles if o.state != "terminated"]
+    there = [_entity(stamp, o, obstacle_list.valid) for o in obstacle_list.obstacles if o.state != "terminated"]
     return fg.SceneUpdate(deletions=[everything], entities=there)
 
 

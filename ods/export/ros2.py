@@ -103,12 +103,18 @@ class BagMessages(Messages):
         except ValueError as error:
             raise UnfitMessageError("pings whose samples do not fit their shape") from error
 
-    def verdict(self, stamp_ns: int, picture: ObstacleList) -> Any:
+    def verdict(self, stamp_ns: int, obstacle_list: ObstacleList) -> Any:
         """Return whether the list is to be relied on: ObstacleArray has no field for that."""
-        stamp_ns += picture.made_ns - picture.t_ns if picture.made_ns else 0  # the instant for which it holds
-        said = "; ".join(picture.reasons) or ("valid" if picture.valid else "not valid")
-        values = {"seq": picture.seq, "ping_number": picture.ping_number, "left_out": picture.left_out}
-        return self._diagnosed(stamp_ns, "ods: obstacles", OK if picture.valid else ERROR, said, values)
+        stamp_ns += (
+            obstacle_list.made_ns - obstacle_list.t_ns if obstacle_list.made_ns else 0
+        )  # the instant for which it holds
+        said = "; ".join(obstacle_list.reasons) or ("valid" if obstacle_list.valid else "not valid")
+        values = {
+            "seq": obstacle_list.seq,
+            "ping_number": obstacle_list.ping_number,
+            "left_out": obstacle_list.left_out,
+        }
+        return self._diagnosed(stamp_ns, "ods: obstacles", OK if obstacle_list.valid else ERROR, said, values)
 
     def health(self, stamp_ns: int, health: Health) -> Any:
         """Return a process's state, with its counters."""

@@ -105,21 +105,21 @@ class Recorder:
         self._writer.write(frames)
         self.counters["poses"] += 1
 
-    def _take_obstacles(self, picture: ObstacleList, utc_ns: int) -> None:
-        if self._follow("lists", picture.seq):
+    def _take_obstacles(self, obstacle_list: ObstacleList, utc_ns: int) -> None:
+        if self._follow("lists", obstacle_list.seq):
             self._known.clear()  # another tracker, which may give the same ids again
         changes = [
-            (obstacle, change) for obstacle in picture.obstacles if (change := self._change(obstacle)) is not None
+            (obstacle, change) for obstacle in obstacle_list.obstacles if (change := self._change(obstacle)) is not None
         ]
         if not changes:
             return
-        vehicle = self._poses.at(picture.t_ns)
+        vehicle = self._poses.at(obstacle_list.t_ns)
         if vehicle is None:
             self.counters["contacts_without_pose"] += len(changes)
             return
         for obstacle, change in changes:
-            seen_ns = obstacle.last_seen_utc_ns + utc_ns - picture.utc_ns
-            contact = self._contact(obstacle, change, vehicle, (picture.ping_number, seen_ns))
+            seen_ns = obstacle.last_seen_utc_ns + utc_ns - obstacle_list.utc_ns
+            contact = self._contact(obstacle, change, vehicle, (obstacle_list.ping_number, seen_ns))
             self._write_contact(obstacle, contact, utc_ns)
 
     def _change(self, obstacle: Obstacle) -> Change | None:

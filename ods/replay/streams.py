@@ -33,7 +33,7 @@ class Stream(Generic[MessageT]):
 
 
 def messages_of(recording: Recording, topic: str, kind: type[MessageT]) -> Iterator[tuple[int, MessageT]]:
-    """Yield log time and message; what is none is counted among the recording's losses. Raises RecordingError."""
+    """Yield log time and message; what is malformed is counted among the recording's losses. Raises RecordingError."""
     for recorded in recording.messages([topic]):
         message = message_of(recording, recorded)
         if isinstance(message, kind):
@@ -41,7 +41,7 @@ def messages_of(recording: Recording, topic: str, kind: type[MessageT]) -> Itera
 
 
 def message_of(recording: Recording, recorded: Recorded) -> msgspec.Struct | None:
-    """Return a recorded message; None, and counted, where it is none."""
+    """Return a recorded message; None, and counted, where it is malformed."""
     try:
         return recorded.message()
     except ValueError:

@@ -25,13 +25,13 @@ ORANGE, GREY = (1.0, 0.45, 0.1), (0.5, 0.5, 0.5)
 LEVEL: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
 
-def markers(make: Messages, stamp_ns: int, picture: ObstacleList) -> Any:
+def markers(make: Messages, stamp_ns: int, obstacle_list: ObstacleList) -> Any:
     """Return all markers of a list; the first one deletes those of the last list, the last one is all lines."""
     one = _Maker(make, stamp_ns)
     nowhere, line = make.place((0.0, 0.0, 0.0), LEVEL), make.vector((LINE_M, 0.0, 0.0))
     found = [one.marker("obstacles", 0, DELETE_ALL, CYLINDER, nowhere, line, 1.0)]
-    found += [_cylinder(make, one, obstacle) for obstacle in picture.obstacles]
-    if points := [point for obstacle in picture.obstacles for point in _line(make, obstacle)]:
+    found += [_cylinder(make, one, obstacle) for obstacle in obstacle_list.obstacles]
+    if points := [point for obstacle in obstacle_list.obstacles for point in _line(make, obstacle)]:
         found.append(one.marker("velocities", 0, ADD, LINE_LIST, nowhere, line, 1.0, points))
     return make.new(MARKERS, found)
 
@@ -59,7 +59,7 @@ class _Maker:
         self._header = make.header(stamp_ns, make.frames.map)
         self._lifetime = make.new("builtin_interfaces/msg/Duration", LIFETIME_S, 0)
         nothing = np.zeros(0, np.uint8)
-        self._picture = make.new("sensor_msgs/msg/CompressedImage", make.header(0, ""), "", nothing)
+        self._obstacle_list = make.new("sensor_msgs/msg/CompressedImage", make.header(0, ""), "", nothing)
         self._mesh = make.new("visualization_msgs/msg/MeshFile", "", nothing)
 
     def marker(
@@ -80,5 +80,5 @@ class _Maker:
             "visualization_msgs/msg/Marker",
             self._header, name, id_ % 2**31, kind, action, place, scale,
             self._new("std_msgs/msg/ColorRGBA", *colour, 0.3 + 0.6 * seen), self._lifetime,
-            False, points, [], "", self._picture, [], "", "", self._mesh, False,
+            False, points, [], "", self._obstacle_list, [], "", "", self._mesh, False,
         )  # fmt: skip

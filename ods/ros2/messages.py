@@ -97,9 +97,9 @@ class Messages:
         """Return the UUID of an obstacle: its id, big endian."""
         return self.new("unique_identifier_msgs/msg/UUID", np.frombuffer((id_ % 2**64).to_bytes(16, "big"), np.uint8))
 
-    def obstacles(self, stamp_ns: int, picture: ObstacleList) -> Any:
+    def obstacles(self, stamp_ns: int, obstacle_list: ObstacleList) -> Any:
         """Return the ObstacleArray of those that are still there."""
-        there = [self._obstacle(o) for o in picture.obstacles if o.state != "terminated"]
+        there = [self._obstacle(o) for o in obstacle_list.obstacles if o.state != "terminated"]
         return self.new(texts.OBSTACLE_ARRAY, self.header(stamp_ns, self.frames.map), there)
 
     def _obstacle(self, o: Obstacle) -> Any:

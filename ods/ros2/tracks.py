@@ -13,9 +13,9 @@ UPPER = [0, 1, 2, 4, 5, 8]
 """xx, xy, xz, yy, yz, zz of a 3 x 3 matrix, row by row."""
 
 
-def tracks(make: Messages, stamp_ns: int, picture: ObstacleList) -> Any:
+def tracks(make: Messages, stamp_ns: int, obstacle_list: ObstacleList) -> Any:
     """Return a track for each obstacle."""
-    found = [_track(make, obstacle) for obstacle in picture.obstacles]
+    found = [_track(make, obstacle) for obstacle in obstacle_list.obstacles]
     return make.new(texts.RADAR_TRACKS, make.header(stamp_ns, make.frames.map), found)
 
 

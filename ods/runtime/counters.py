@@ -49,7 +49,7 @@ _BRIDGE = (
     CounterRow("sent_lists", "lists of which every datagram was sent", trouble=False),
     CounterRow("sent_datagrams", "datagrams sent", trouble=False),
     CounterRow("refused_datagrams", "datagrams refused by the receiving computer: no program listens on the port"),
-    CounterRow("unsent_datagrams", "datagrams that could not be sent: no way there, no room"),
+    CounterRow("unsent_datagrams", "datagrams that could not be sent: no route, or the socket's buffer is full"),
 )
 _BRIDGE_ROS2 = (
     *_LISTS,

@@ -15,7 +15,7 @@ class ListenSettings(Settings, frozen=True):
     """Where it listens, such as "tcp://192.168.2.10:5600": the IP address of one of this computer's interfaces, and a
     port. All interfaces only where it says 0.0.0.0."""
     topics: list[str]
-    """What may be heard there, such as ["obstacles", "clearance"]; `health` is one, too."""
+    """Topics that it sends, such as ["obstacles", "clearance"]; `health` is one, too."""
 
     def __post_init__(self) -> None:
         _refuse_no_address(self.at)

@@ -2,8 +2,8 @@
 
 Each child talks the sd_notify protocol to a socket of its own, as it would under systemd: READY=1 once it works,
 WATCHDOG=1 from its work loop, STOPPING=1 with STATUS= why when it gives up. A child that ends, or whose loop hangs, is
-started again with a growing delay, without end: what is wrong may be mended meanwhile, and the others go on. While one
-is down its health is reported here, so that the obstacle list can say why.
+started again with a growing delay, without end: what is wrong may be repaired meanwhile,
+and the others go on. While one is down its health is reported here, so that the obstacle list can say why.
 """
 
 import logging

@@ -85,7 +85,7 @@ class Order:
     """What a wish took the place of."""
 
     def renew(self) -> None:
-        """Ask afresh."""
+        """Ask again."""
         self.state, self.attempts, self.due, self.refusal = OrderState.ASKED, 0, True, ""
 
     def refuse(self, reason: str) -> None:

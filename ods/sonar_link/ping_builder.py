@@ -126,7 +126,7 @@ def build_ping(frame: AnyArray, geometry: Geometry, stamp: Stamp, no_data: Runs 
     table = geometry.table
     sample_type = _SAMPLE_TYPES.get(frame.dtype)
     if sample_type is None:
-        raise ValueError(f"frame: sample type {frame.dtype} is none of uint8, uint16, float32")
+        raise ValueError(f"frame: sample type {frame.dtype} is not one of uint8, uint16, float32")
     if frame.ndim != 2 or frame.shape[0] != table.bearing_rad.size:
         raise ValueError(f"frame: shape {frame.shape} does not fit {table.bearing_rad.size} beams")
     if not 1 <= frame.shape[1] <= MAX_SAMPLES or frame.nbytes > MAX_FRAME_BYTES:

@@ -3,7 +3,7 @@
 from collections import Counter
 
 MAX_GAP = 1000
-"""A number further ahead than this is a sonar that started afresh, not pings lost."""
+"""A number further ahead than this is a sonar that restarted, not pings lost."""
 MODULUS = 2**32
 
 

@@ -124,7 +124,7 @@ def test_the_command(capsys: pytest.CaptureFixture[str]) -> None:
     heading, _, row = (line.strip("| ").split(" | ") for line in capsys.readouterr().out.strip().splitlines())
     cells = dict(zip(heading, row, strict=True))
     assert cells["kind"] == "pose noise"
-    assert "mover 100%" in cells["bodies: share of the lists"]
+    assert "mover 100%" in cells["objects: share of the lists"]
     assert cells["valid"] == "100%"
 
 

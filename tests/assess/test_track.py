@@ -179,7 +179,7 @@ def test_scenarios_and_seeds_are_chosen(capsys: pytest.CaptureFixture[str]) -> N
     assert all("static 10" in table and "50 false alarms" not in table for table in tables)
     assert tables[0].split("static 10")[1].split()[:4] != tables[1].split("static 10")[1].split()[:4]
     assert cli.main([*asked[:4], "--scenarios", "static"]) == 2
-    assert "--scenarios: 'static' is none of paper, " in capsys.readouterr().err
+    assert "--scenarios: 'static' is not one of paper, " in capsys.readouterr().err
     assert cli.main([*asked, "--first-seed", "-1"]) == 2
 
 
@@ -189,7 +189,7 @@ def test_trackers_are_chosen_by_name(capsys: pytest.CaptureFixture[str]) -> None
     assert "coupled, nearest" in text
     assert "independent" not in text
     assert cli.main(["assess", "track", "--trackers", "coupled"]) == 2
-    assert "--trackers: 'coupled' is none of 'independent, nearest', '" in capsys.readouterr().err
+    assert "--trackers: 'coupled' is not one of 'independent, nearest', '" in capsys.readouterr().err
 
 
 def test_the_worked_example_goes_as_in_the_paper(tmp_path: Path) -> None:

@@ -97,10 +97,10 @@ def test_a_name_that_no_plugin_has_is_known_when_they_are_loaded(tmp_path: Path,
     written(tmp_path / "empty.py", "")
     file = written(tmp_path / "onboard.toml", f'[tracker]\nplugins = ["empty.py"]\n{key} = "nobodys"')
     settings = load_table(file, "tracker", TrackerSettings)
-    with pytest.raises(PluginError, match=rf"^tracker\.{key}: 'nobodys' is none of "):
+    with pytest.raises(PluginError, match=rf"^tracker\.{key}: 'nobodys' is not one of "):
         Tracker(settings)
     written(file, f'[tracker]\n{key} = "nobodys"')
-    with pytest.raises(ConfigError, match=rf"tracker: {key}: 'nobodys' is none of "):
+    with pytest.raises(ConfigError, match=rf"tracker: {key}: 'nobodys' is not one of "):
         load_table(file, "tracker", TrackerSettings)
 
 
@@ -119,7 +119,9 @@ def test_what_a_plugged_in_sonar_cannot_do_is_said_when_it_is_loaded(tmp_path: P
     assert complaint('protocol = "test.sketch"\nport = "tcp://10.0.0.5:1"') == (
         f"{tmp_path}/onboard.toml: sonar: port: tcp://10.0.0.5:1: test.sketch is spoken over serial, socket only"
     )
-    assert complaint('protocol = "sketched"\nport = "/dev/x"').startswith("sonar.protocol: 'sketched' is none of s7k")
+    assert complaint('protocol = "sketched"\nport = "/dev/x"').startswith(
+        "sonar.protocol: 'sketched' is not one of s7k"
+    )
     assert "gain_db: test.sketch has its own settings" in complaint(
         'protocol = "test.sketch"\nport = "/dev/x"\ngain_db = 3.0'
     )

@@ -16,7 +16,7 @@ import zmq
 from ods.base import clock
 from ods.messages import Health, Obstacle
 from ods.runtime import bus
-from tests.bridge.samples import clearance, image, picture
+from tests.bridge.samples import clearance, image, obstacle_list
 
 ROOT = Path(__file__).parents[2]
 PATIENCE_S = 60.0
@@ -52,7 +52,7 @@ class Bridge:
         """Publish a list, as it is wanted."""
         now_ns = clock.monotonic_ns()
         if self.published:
-            listed = picture(*self.obstacles, t_ns=now_ns - round(self.late_s * clock.NS))
+            listed = obstacle_list(*self.obstacles, t_ns=now_ns - round(self.late_s * clock.NS))
             told = msgspec.structs.replace(listed, seq=self._seq, utc_ns=clock.utc_ns(listed.t_ns))
             if not self.valid:
                 told = msgspec.structs.replace(told, valid=False, reasons=["the INS is silent"])

@@ -35,7 +35,7 @@ POSE = PoseAt((100.0, 19.0, 5.0), EAST, (0.0, 2.0, 0.0), (0.1, 0.1, 0.1), (0.01,
 """At 100 m north, 19 m east; goes to the east at 2 m/s."""
 
 
-def picture(*obstacles: Obstacle, t_ns: int = T_NS, **more: Any) -> ObstacleList:
+def obstacle_list(*obstacles: Obstacle, t_ns: int = T_NS, **more: Any) -> ObstacleList:
     values: dict[str, Any] = {
         "seq": 3, "ping_number": 5, "t_ns": t_ns, "utc_ns": UTC_NS, "t_rx_ns": t_ns, "valid": True, "reasons": [],
         "obstacles": list(obstacles), "utc_source": "ins", "made_ns": t_ns, "site": SITE, "pose": POSE,
@@ -45,7 +45,7 @@ def picture(*obstacles: Obstacle, t_ns: int = T_NS, **more: Any) -> ObstacleList
 
 def moment(*obstacles: Obstacle, **more: Any) -> Moment:
     """Return a list that is sent one second after its ping: the vehicle is at 21 m east by then."""
-    return Moment(picture(*obstacles, **more), POSE, T_NS + NS)
+    return Moment(obstacle_list(*obstacles, **more), POSE, T_NS + NS)
 
 
 def image(now_ns: int) -> Ping:

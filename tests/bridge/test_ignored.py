@@ -57,4 +57,4 @@ def test_markers_of_ros_are_grey() -> None:
 
 
 def test_screens_say_it_once_for_each_veto() -> None:
-    assert cautions(MOMENT.picture) == ["7 ignored by anna until 03:04:05 UTC: our buoy"]
+    assert cautions(MOMENT.obstacle_list) == ["7 ignored by anna until 03:04:05 UTC: our buoy"]

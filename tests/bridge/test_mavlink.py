@@ -53,7 +53,7 @@ def by_hand() -> Clearance:
     clear_to[WEST] = 0.0  # astern nothing is known
     near[WEST + 9] = 5.0  # on the port quarter: an echo, known water before it
     clear_to[WEST + 9] = 4.5
-    return clearance(moment().picture, clear_from_m=clear_from, clear_to_m=clear_to, nearest_m=near)
+    return clearance(moment().obstacle_list, clear_from_m=clear_from, clear_to_m=clear_to, nearest_m=near)
 
 
 def test_sectors_are_clockwise_from_the_bow_in_centimetres_of_the_instant_of_sending() -> None:
@@ -94,8 +94,8 @@ def test_nothing_is_sent_as_free_that_is_not_known_to_be(sectors: int) -> None:
         yaw = dice.uniform(-math.pi, math.pi)
         at = moment()
         pose = msgspec.structs.replace(at.pose, attitude=from_euler(0.0, 0.0, yaw), velocity_ned=(0.0, 0.0, 0.0))
-        at = Moment(at.picture, pose, at.picture.t_ns)
-        known = clearance(at.picture, clear_from_m=[0.0] * sectors, clear_to_m=to_m, nearest_m=near, pose=pose)
+        at = Moment(at.obstacle_list, pose, at.obstacle_list.t_ns)
+        known = clearance(at.obstacle_list, clear_from_m=[0.0] * sectors, clear_to_m=to_m, nearest_m=near, pose=pose)
         (message,) = told(encoded(at, known))
         for step in range(3600):
             bearing = math.radians(step / 10.0 + 0.05)
@@ -108,7 +108,7 @@ def test_nothing_is_sent_as_free_that_is_not_known_to_be(sectors: int) -> None:
 
 def points(*obstacles: Obstacle, **more: Any) -> tuple[list[Any], Encoded]:
     at = moment(*obstacles)
-    sent = encoded(at, clearance(at.picture), form="3d", **more)
+    sent = encoded(at, clearance(at.obstacle_list), form="3d", **more)
     return told(sent), sent
 
 
@@ -131,8 +131,8 @@ def test_points_are_forward_starboard_down() -> None:
 def test_points_are_in_the_frame_of_a_vehicle_that_pitches() -> None:
     at = moment(ROCK)
     pose = msgspec.structs.replace(at.pose, attitude=from_euler(0.0, math.radians(30.0), math.radians(90.0)))
-    at = Moment(at.picture, pose, at.now_ns)
-    (ahead,) = told(encoded(at, clearance(at.picture), form="3d"))
+    at = Moment(at.obstacle_list, pose, at.now_ns)
+    (ahead,) = told(encoded(at, clearance(at.obstacle_list), form="3d"))
     # the bow points up: what is level lies under its axis
     assert (ahead.x, ahead.y, ahead.z) == pytest.approx((26.0 * math.sqrt(0.75), 0.0, 13.0), abs=1e-4)
 
@@ -141,7 +141,7 @@ def test_points_stand_for_what_is_not_known_to_be_empty() -> None:
     messages = told(encoded(moment(), by_hand(), form="3d"))
     places = {(round(each.x, 2), round(each.y, 2), round(each.z, 2)) for each in messages}
     assert len(messages) == 10
-    assert len(encoded(moment(), clearance(moment().picture, clear_to_m=[0.0] * 72), form="3d").datagrams) == 3
+    assert len(encoded(moment(), clearance(moment().obstacle_list, clear_to_m=[0.0] * 72), form="3d").datagrams) == 3
     assert {(16.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, -10.0, 0.0)} <= {
         (x + 0.0, y + 0.0, z + 0.0) for x, y, z in places
     }

@@ -9,7 +9,7 @@ from ods.base.clock import NS
 from ods.bridge.ros2 import content
 from ods.messages import PoseAt
 from ods.ros2.messages import ERROR, OK, STALE, WARN, Messages
-from tests.bridge.samples import ENDED, ROCK, SWIMMER, UTC_NS, moment, picture
+from tests.bridge.samples import ENDED, ROCK, SWIMMER, UTC_NS, moment, obstacle_list
 
 MAKE = Messages()
 NOW_NS = UTC_NS + NS
@@ -49,7 +49,7 @@ def test_frames() -> None:
     # the head is 1 m ahead and 0.5 m below the origin, and looks 90 deg to starboard: south, as the vehicle heads east
     south = (0.0, 0.0, 0.0, 1.0)
     head = PoseAt((100.0, 20.0, 5.5), south, (0.0, 2.0, 0.0), (0.1, 0.1, 0.1), (0.01, 0.01, 0.01))
-    told = content.transforms(MAKE, NOW_NS, picture(ROCK, head=head)).transforms
+    told = content.transforms(MAKE, NOW_NS, obstacle_list(ROCK, head=head)).transforms
     assert [(each.header.frame_id, each.child_frame_id) for each in told] == [
         ("map", "base_link"), ("base_link", "sonar"), ("sonar", "sonar_fan"),
     ]  # fmt: skip
@@ -57,7 +57,7 @@ def test_frames() -> None:
     assert xyz(told[1].transform.translation) == pytest.approx((1.0, 0.0, -0.5))
     half = math.sqrt(0.5)
     assert xyzw(told[1].transform.rotation) == pytest.approx((0.0, 0.0, -half, half))  # to starboard is negative
-    assert len(content.transforms(MAKE, NOW_NS, picture(ROCK)).transforms) == 1
+    assert len(content.transforms(MAKE, NOW_NS, obstacle_list(ROCK)).transforms) == 1
 
 
 def test_the_verdict() -> None:
@@ -65,9 +65,9 @@ def test_the_verdict() -> None:
         (status,) = content.verdict(MAKE, NOW_NS, *args).status
         return status.level, status.message
 
-    assert said(picture(ROCK), "", 0.1) == (OK, "valid")
-    assert said(picture(ROCK, caution="it does not change"), "", 0.1) == (WARN, "it does not change")
-    assert said(picture(ROCK, valid=False), "the list is not valid: blind", 0.1) == (
+    assert said(obstacle_list(ROCK), "", 0.1) == (OK, "valid")
+    assert said(obstacle_list(ROCK, caution="it does not change"), "", 0.1) == (WARN, "it does not change")
+    assert said(obstacle_list(ROCK, valid=False), "the list is not valid: blind", 0.1) == (
         ERROR, "the list is not valid: blind",
     )  # fmt: skip
     assert said(None, "no obstacle list for 2.0 s", 0.0) == (STALE, "no obstacle list for 2.0 s")

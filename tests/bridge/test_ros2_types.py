@@ -11,7 +11,7 @@ from ods.bridge.ros2.topics import TOPICS
 from ods.ros2 import definitions
 from ods.ros2.messages import Messages
 from tests.bridge import ros2_listener
-from tests.bridge.samples import ROCK, SWIMMER, UTC_NS, picture
+from tests.bridge.samples import ROCK, SWIMMER, UTC_NS, obstacle_list
 
 MAKE = Messages()
 
@@ -35,7 +35,7 @@ def test_each_topic_has_a_type() -> None:
 def test_types_and_bytes_are_those_of_a_type_written_by_hand() -> None:
     made, by_hand = DdsTypes(MAKE.store).of(definitions.OBSTACLE_ARRAY), ros2_listener.ObstacleArray
     assert made.__idl__.get_type_id() == by_hand.__idl__.get_type_id()
-    cdr = MAKE.cdr(MAKE.obstacles(UTC_NS, picture(ROCK, SWIMMER)), definitions.OBSTACLE_ARRAY)
+    cdr = MAKE.cdr(MAKE.obstacles(UTC_NS, obstacle_list(ROCK, SWIMMER)), definitions.OBSTACLE_ARRAY)
     assert made(cdr).serialize() == cdr
     read = by_hand.deserialize(cdr)
     assert [each.position.x for each in read.obstacles] == [50.0, 90.0]

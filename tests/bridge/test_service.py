@@ -44,7 +44,7 @@ def test_lists_arrive_while_they_are_valid_and_silence_follows(name: str) -> Non
         assert running.well()
 
         def silent(why: str) -> None:
-            """Wait until it says why it is silent, and see that nothing comes from then on; then mend it."""
+            """Wait until it says why it is silent, and see that nothing comes from then on; then repair it."""
             running.until(lambda: running.says(why))
             drained(peer)
             withheld = running.counts("withheld_lists")

@@ -18,7 +18,7 @@ from ods.runtime import bus
 from ods.runtime.processes import SUPERVISOR
 
 
-def picture(seq: int) -> ObstacleList:
+def obstacle_list(seq: int) -> ObstacleList:
     return ObstacleList(seq, seq, 0, 0, 0, True, [], [])
 
 
@@ -35,7 +35,7 @@ def test_silence_is_said_and_ends(tmp_path: Path) -> None:
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     publisher = bus.Publisher(context, tmp_path, "tracker")
     for seq in range(100):
-        publisher.publish("obstacles", picture(seq))
+        publisher.publish("obstacles", obstacle_list(seq))
         if (got := client.next()).valid:
             break
     assert got.valid
@@ -69,9 +69,9 @@ def test_only_the_newest_list_is_given(tmp_path: Path) -> None:
     publisher = bus.Publisher(context, tmp_path, "tracker")
     client = Obstacles(tmp_path, stale_s=0.2)
     while not client.next().valid:
-        publisher.publish("obstacles", picture(0))
+        publisher.publish("obstacles", obstacle_list(0))
     for seq in range(1, 6):
-        publisher.publish("obstacles", picture(seq))
+        publisher.publish("obstacles", obstacle_list(seq))
     time.sleep(0.1)
     assert client.next().seq == 5
     assert not client.next().valid
@@ -85,14 +85,14 @@ def test_a_list_that_waited_for_a_slow_planner_is_not_taken_for_the_newest(tmp_p
     publisher = bus.Publisher(context, tmp_path, "tracker")
     client = Obstacles(tmp_path, stale_s=0.2)
     while not client.next().valid:
-        publisher.publish("obstacles", picture(0))
+        publisher.publish("obstacles", obstacle_list(0))
     old_ns = clock.monotonic_ns() - 60 * clock.NS
     for seq in range(1, 2000):  # more than the queues hold: the last ones are lost
-        publisher.publish("obstacles", msgspec.structs.replace(picture(seq), made_ns=old_ns))
+        publisher.publish("obstacles", msgspec.structs.replace(obstacle_list(seq), made_ns=old_ns))
     late = client.next()
     assert not late.valid
     assert late.reasons[0].startswith("tracker: no obstacle list for 60.")
-    fresh = msgspec.structs.replace(picture(2000), made_ns=clock.monotonic_ns())
+    fresh = msgspec.structs.replace(obstacle_list(2000), made_ns=clock.monotonic_ns())
     publisher.publish("obstacles", fresh)
     assert client.next() == fresh
     publisher.close()

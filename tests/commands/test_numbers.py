@@ -32,4 +32,4 @@ def test_what_no_such_number_can_be_is_one_line(arguments: str, told: str, capsy
 
 def test_names_with_a_comma_are_told_apart(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["assess", "track", "--trackers", "coupled"]) == 2
-    assert "is none of 'independent, nearest', 'independent, probabilistic', " in capsys.readouterr().err
+    assert "is not one of 'independent, nearest', 'independent, probabilistic', " in capsys.readouterr().err

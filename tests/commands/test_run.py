@@ -1,4 +1,4 @@
-"""`ods run` with the real processes: what cannot start takes nothing else down, and comes back when mended."""
+"""`ods run` with the real processes: what cannot start takes nothing else down, and comes back when repaired."""
 
 import shutil
 import subprocess

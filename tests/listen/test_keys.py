@@ -112,7 +112,7 @@ def test_a_list_that_others_may_write_lets_nobody_in(tmp_path: Path) -> None:
     [
         (LISTEN, 'bus: keys: missing: the folder in which `ods keys make` puts the keys, such as "keys"'),
         ('listen = [{at = "tcp://127.0.0.1:5600"}]', "bus.listen[0].topics: missing"),
-        (LISTEN.replace("obstacles", "obstacle"), "bus: listen[0].topics: 'obstacle' is none of ping, pose, "),
+        (LISTEN.replace("obstacles", "obstacle"), "bus: listen[0].topics: 'obstacle' is not one of ping, pose, "),
         (LISTEN.replace('"obstacles"', ""), "bus.listen[0]: topics: must name at least one topic"),
         (LISTEN.replace("tcp://127.0.0.1:5600", "tcp://planner:5600"), "bus.listen[0]: at: tcp://planner:5600: needs"),
         (LISTEN.replace("tcp://127.0.0.1:5600", "tcp://*:5600"), "bus.listen[0]: at: tcp://*:5600: needs an"),

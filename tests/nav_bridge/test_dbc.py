@@ -567,7 +567,7 @@ def dbc_of(**changes: object) -> DbcSettings:
         ({"u": "BEST.V"}, "nav.dbc.signals.u: no message 'BEST' in the DBC"),
         ({"u": "CHOICE.SOMETIMES"}, "nav.dbc.signals.u: message CHOICE is multiplexed, which is not supported"),
         ({"north": "LONG.N"}, "nav.dbc.signals.north: message LONG has 64 bytes, more than a CAN frame holds"),
-        ({"rol": "REST.V"}, "nav.dbc.signals.rol: not a pose field: 'rol' is none of north, east"),
+        ({"rol": "REST.V"}, "nav.dbc.signals.rol: not a pose field: 'rol' is not one of north, east"),
         ({"latitude": SignalSettings(signal="REST.BARE", unit="deg")}, "nav.dbc.signals: latitude: not used beside"),
     ],
 )

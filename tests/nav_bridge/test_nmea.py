@@ -584,10 +584,10 @@ def test_heading_and_velocity_of_single_sensors() -> None:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"place": "GLL"}, "place: 'GLL' is none of GGA, RMC"),
-        ({"attitude": "HDT"}, "attitude: 'HDT' is none of PASHR, PSXN, SA"),
-        ({"velocity": "GPVTQ"}, "velocity: 'GPVTQ' is none of VTG, RMC, BS, BE"),
-        ({"held": {"VGT": HeldSettings()}}, "held: 'VGT' is none of "),
+        ({"place": "GLL"}, "place: 'GLL' is not one of GGA, RMC"),
+        ({"attitude": "HDT"}, "attitude: 'HDT' is not one of PASHR, PSXN, SA"),
+        ({"velocity": "GPVTQ"}, "velocity: 'GPVTQ' is not one of VTG, RMC, BS, BE"),
+        ({"held": {"VGT": HeldSettings()}}, "held: 'VGT' is not one of "),
         ({"port": "udp://host:1"}, "port: udp://host:1: needs an IP address"),
         ({"port": "udp://127.0.0.1"}, "port: udp://127.0.0.1: needs a port number"),
         ({"port": "tsp://127.0.0.1:1"}, "port: tsp://127.0.0.1:1: neither a device nor an address"),

@@ -308,7 +308,7 @@ def test_sync_is_sent_at_its_period() -> None:
 
 
 def test_a_wrong_part_of_the_status_is_named() -> None:
-    with pytest.raises(ValueError, match="status_bits: 'pos' is none of position, attitude"):
+    with pytest.raises(ValueError, match="status_bits: 'pos' is not one of position, attitude"):
         Bench(status_bits={"pos": 1})
 
 

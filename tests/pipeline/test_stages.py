@@ -67,7 +67,7 @@ def test_unknown_stage_lists_the_known_ones() -> None:
         ('use = "filter.fir"\ntaps = "many"', "stage[0] (filter.fir): taps: expected `int`, got `str`"),
         ('use = "filter.fir"\ntaps = 0', "stage[0] (filter.fir): taps: in samples, at least 1"),
         ('use = "filter.fir"\ntabs = 9', "stage[0] (filter.fir): tabs: unknown key"),
-        ('use = "filter.median"\nwindow = 4', "stage[0] (filter.median): window: 4 is none of 3, 5, 7, 9"),
+        ('use = "filter.median"\nwindow = 4', "stage[0] (filter.median): window: 4 is not one of 3, 5, 7, 9"),
         ('use = "filter.fir"\ntaps = 8', "stage[0] (filter.fir): taps: expected an odd number, got 8"),
         ('use = "detect.two_level"\nlow = 9.0', "stage[0] (detect.two_level): low: 9.0 is above high, 6.0"),
         ("taps = 9", "stage[0].use: missing"),

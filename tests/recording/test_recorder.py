@@ -15,7 +15,7 @@ from ods.messages import ObstacleList, Ping, Pose
 from ods.recording import record_s7k
 from ods.recording.s7k import RECORDED_DEVICES, Recorder
 from ods.sonar_link.files.s7k.catalogue import encode_file_header, text_field, with_catalogue
-from ods.sonar_link.files.s7k.writer import S7kWriter, mend_s7k, write_s7k
+from ods.sonar_link.files.s7k.writer import S7kWriter, repair_s7k, write_s7k
 from tests.recording.record_samples import LATITUDE_DEG, LONGITUDE_DEG, START_NS, obstacles_at, pose_at, rock
 from tests.sonar_link import s7k_tables
 from tests.sonar_link.sonar_samples import UTC_NS, make_ping
@@ -173,7 +173,7 @@ def test_damage_in_the_middle_costs_what_is_damaged(tmp_path: Path) -> None:
     data = bytearray(path.read_bytes()[: whole[-1].at])
     data[whole[4].at + 100] ^= 1
     path.write_bytes(data + b"\xff\xff\x00\x00" * 30)
-    assert mend_s7k(path) == len(whole) - 2
+    assert repair_s7k(path) == len(whole) - 2
     entries = s7k_tables.entries_of(path)
     assert entries["offset"].tolist() == [record.at for record in whole[:-1] if record is not whole[4]]
 
@@ -184,7 +184,7 @@ def test_a_kill_between_catalogue_and_header_is_mended(tmp_path: Path) -> None:
     whole = path.read_bytes()
     header = with_catalogue(whole[: s7k_tables.read(path)[0].frame["size"]], 0, 0)
     path.write_bytes(header + whole[len(header) :])
-    assert mend_s7k(path) == 4
+    assert repair_s7k(path) == 4
     assert path.read_bytes() == whole
 
 
@@ -213,7 +213,7 @@ def test_another_program_s_header_without_room_for_a_catalogue(tmp_path: Path) -
     path = tmp_path / "x.s7k"
     path.write_bytes(encode_record(7200, bytes(324), UTC_NS, DeviceId(7000)) + b"torn")
     with pytest.raises(ValueError, match="no space for a catalogue"):
-        mend_s7k(path)
+        repair_s7k(path)
     assert path.read_bytes().endswith(b"torn")
 
 
@@ -222,4 +222,4 @@ def test_a_recording_under_way_is_not_mended(tmp_path: Path) -> None:
     with path.open("xb", buffering=0) as file:
         S7kWriter(file, path.name, T)
         with pytest.raises(ValueError, match="is being written"):
-            mend_s7k(path)
+            repair_s7k(path)

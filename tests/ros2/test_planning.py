@@ -11,7 +11,7 @@ from ods.messages import Clearance, Ping
 from ods.ros2 import clearance, definitions, markers, tracks
 from ods.ros2.messages import Frames, Messages
 from ods.ros2.pictures import within
-from tests.bridge.samples import POSE, ROCK, SWIMMER, T_NS, UTC_NS, obstacle, picture
+from tests.bridge.samples import POSE, ROCK, SWIMMER, T_NS, UTC_NS, obstacle, obstacle_list
 from tests.range_images import ping_of
 
 MAKE = Messages(Frames(map="world"))
@@ -27,7 +27,7 @@ def xyz(v: Any) -> tuple[float, float, float]:
 
 def test_a_marker_is_a_cylinder_where_the_obstacle_is() -> None:
     # the rock: 100 m north, 50 m east, 5 m down, radius 2 m; the swimmer goes to the west at 2 m/s
-    told = read(markers.markers(MAKE, UTC_NS, picture(ROCK, SWIMMER)), markers.MARKERS)
+    told = read(markers.markers(MAKE, UTC_NS, obstacle_list(ROCK, SWIMMER)), markers.MARKERS)
     first, rock, swimmer, line = told.markers
     assert (first.action, rock.action) == (markers.DELETE_ALL, markers.ADD)
     assert (rock.header.frame_id, rock.header.stamp.sec, rock.header.stamp.nanosec) == ("world", *divmod(UTC_NS, NS))
@@ -41,7 +41,7 @@ def test_a_marker_is_a_cylinder_where_the_obstacle_is() -> None:
 
 
 def test_an_id_beyond_31_bits_is_still_a_marker() -> None:
-    told = read(markers.markers(MAKE, 0, picture(obstacle(2**40 + 9, 1.0, 1.0))), markers.MARKERS)
+    told = read(markers.markers(MAKE, 0, obstacle_list(obstacle(2**40 + 9, 1.0, 1.0))), markers.MARKERS)
     assert told.markers[1].id == 9
 
 
@@ -50,7 +50,7 @@ def test_a_track() -> None:
         7, 100.0, 50.0, velocity_ned=(1.0, 2.0, 0.5), sigma_position=(0.5, 0.25, 3.0), covariance_ne=0.0625,
         sigma_velocity=(0.5, 1.0, 2.0), sigma_radius=0.25,
     )  # fmt: skip
-    told = read(tracks.tracks(MAKE, UTC_NS, picture(odd)), definitions.RADAR_TRACKS)
+    told = read(tracks.tracks(MAKE, UTC_NS, obstacle_list(odd)), definitions.RADAR_TRACKS)
     (track,) = told.tracks
     assert told.header.frame_id == "world"
     assert bytes(track.uuid.uuid) == bytes(15) + b"\x07"

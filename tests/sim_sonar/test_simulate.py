@@ -133,7 +133,7 @@ def test_names_are_found_from_any_folder(tmp_path: Path, monkeypatch: pytest.Mon
         (["none.toml", "--out", "x.npz"], "none.toml: No such file or directory"),
         (
             [SCENE, "--sonar", "sonic", "--out", "x.npz"],
-            "sonar: 'sonic' is none of multibeam512, norbit_wbms_fls, oculus_m750d, ping",
+            "sonar: 'sonic' is not one of multibeam512, norbit_wbms_fls, oculus_m750d, ping",
         ),
         (["--chart", "x.html"], "x.html: the ending must be one of "),
         ([SCENE, "--out", "nowhere/x.npz"], "nowhere/x.npz: no such folder: nowhere"),

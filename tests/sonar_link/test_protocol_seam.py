@@ -59,7 +59,7 @@ def test_every_row_is_whole(name: str) -> None:
 @pytest.mark.parametrize(
     ("sonar", "words"),
     [
-        ({"protocol": "morse", "port": "/dev/seabat"}, "protocol: 'morse' is none of s7k, "),
+        ({"protocol": "morse", "port": "/dev/seabat"}, "protocol: 'morse' is not one of s7k, "),
         ({"protocol": "lines", "port": "/dev/seabat"}, "port: /dev/seabat: lines is spoken over tcp only"),
         ({"protocol": "lines", "port": "tcp://10.0.0.5:7", "gain_db": 10.0}, "gain_db: lines has its own settings"),
     ],

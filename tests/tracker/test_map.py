@@ -279,7 +279,7 @@ def test_a_map_that_fails_costs_the_map_only(made: Make, tmp_path: Path) -> None
     assert broken.complaints == ["map_unusable"]
     assert "not a database" in broken.problem()
     (tmp_path / "map").unlink()
-    broken.opened()  # what is mended is used
+    broken.opened()  # what is repaired is used
     broken.written(2)
     assert broken.problem() == ""
 

@@ -1,4 +1,4 @@
-"""What in_vcan promises: two real buses, kernel time stamps, and links that can be broken and mended."""
+"""What in_vcan promises: two real buses, kernel time stamps, and links that can be broken and repaired."""
 
 import errno
 from collections import Counter
@@ -32,12 +32,12 @@ def test_a_frame_arrives_on_its_bus_alone_with_a_kernel_time_stamp(vcan0: str, v
 
 
 @pytest.mark.parametrize(
-    ("breaks", "mends", "said"),
+    ("breaks", "repairs", "said"),
     [(links.down, links.up, errno.ENETDOWN), (links.delete, links.make, errno.ENODEV)],
     ids=["down-up", "delete-make"],
 )
 def test_a_broken_link_is_an_error_and_mends(
-    vcan0: str, breaks: Callable[[str], None], mends: Callable[[str], None], said: int
+    vcan0: str, breaks: Callable[[str], None], repairs: Callable[[str], None], said: int
 ) -> None:
     with on(vcan0) as far:
         breaks(vcan0)
@@ -45,7 +45,7 @@ def test_a_broken_link_is_an_error_and_mends(
         with pytest.raises(can.CanOperationError) as caught:
             far.send(FRAME)
         assert caught.value.error_code in (said, errno.ENETDOWN, errno.ENXIO)
-    mends(vcan0)
+    repairs(vcan0)
     with on(vcan0) as near, on(vcan0) as far:
         far.send(FRAME)
         assert near.recv(1.0) is not None

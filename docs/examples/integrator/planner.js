@@ -56,9 +56,9 @@ const frame = (flags, body) => Buffer.concat([Buffer.from([flags, body.length]),
 
 let heard = Buffer.alloc(0), greeted = false, parts = [], told = 0;
 
-function tell(picture) {
-  const positions = picture.obstacles.map((o) => o.position_ned);
-  console.log(JSON.stringify({ valid: picture.valid, reasons: picture.reasons, positions }));
+function tell(obstacle_list) {
+  const positions = obstacle_list.obstacles.map((o) => o.position_ned);
+  console.log(JSON.stringify({ valid: obstacle_list.valid, reasons: obstacle_list.reasons, positions }));
   if (++told === lists) process.exit(0);
 }
 

@@ -36,9 +36,9 @@ def main(run_dir: str, lists: int, range_m: float | None) -> None:
             except zmq.Again:
                 print(json.dumps({"valid": False, "reasons": ["silence"], "positions": []}), flush=True)
                 continue
-            picture = msgpack.unpackb(body)
-            positions = [o["position_ned"] for o in picture["obstacles"]]
-            told = {"valid": picture["valid"], "reasons": picture["reasons"], "positions": positions}
+            obstacle_list = msgpack.unpackb(body)
+            positions = [o["position_ned"] for o in obstacle_list["obstacles"]]
+            told = {"valid": obstacle_list["valid"], "reasons": obstacle_list["reasons"], "positions": positions}
             print(json.dumps(told), flush=True)
 
 

@@ -68,7 +68,7 @@ def names_of(files: Sequence[Path]) -> list[str]:
 
 
 def shipped_scenes(names: Sequence[str] | None = None) -> list[Path]:
-    """Return the files of the family of sea-beds, or of those named. Raises OdsError for a name that is none."""
+    """Return the files of the family of sea-beds, or of those named. Raises OdsError for an unknown name."""
     known = {file.stem: file for file in scene_files([shipped_folder()])}
     for name in names or ():
         if name not in known:

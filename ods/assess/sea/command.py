@@ -25,7 +25,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--kinds", nargs="*", metavar="KIND", help="of scenes beyond sea-beds, instead: other sonars, hovering, other "
-        "sonars' sound, second ways, many bodies, noisy poses (default: all of them)",
+        "sonars' sound, second ways, many objects, noisy poses (default: all of them)",
     )  # fmt: skip
     parser.add_argument("--sonar", default="seabat6012", metavar="NAME", help="that sees them, or a path")
     parser.add_argument("--seconds", type=duration_s, default=SECONDS, help=f"of each scene (default: {SECONDS:g})")

@@ -8,11 +8,11 @@ from ods.assess.sea.kind_judge import KindScore
 from ods.assess.sea.table import TRACKED_LIMIT
 
 HEADINGS = (
-    *("kind", "wanted", "false", "at a time", "bodies: share of the lists", "first reported after, s", "marked"),
+    *("kind", "wanted", "false", "at a time", "objects: share of the lists", "first reported after, s", "marked"),
     *("valid", "said, first at s", "error m", "NEES"),
 )
 FEW = 5
-"""Bodies that are named one by one."""
+"""Objects that are named one by one."""
 
 
 def kind_table(scores: Sequence[KindScore]) -> list[str]:
@@ -39,7 +39,7 @@ def _cells(score: KindScore) -> list[str]:
 
 
 def shares(score: SceneScore) -> str:
-    """Return each body's share of the lists; of many, how many are in enough and which are in fewest."""
+    """Return each object's share of the lists; of many, how many are in enough and which are in fewest."""
     wanted = [target for target in score.targets if target.expected]
     if len(wanted) <= FEW:
         return ", ".join(f"{target.name} {target.share:.0%}" for target in wanted)
@@ -51,7 +51,7 @@ def shares(score: SceneScore) -> str:
 
 
 def times(score: SceneScore) -> str:
-    """Return how long after it is loud each body is first listed; of many, the latest."""
+    """Return how long after it is loud each object is first listed; of many, the latest."""
     wanted = [target for target in score.targets if target.expected]
     if len(wanted) <= FEW:
         return ", ".join(f"{target.name} {_after(target)}" for target in wanted)

@@ -1,4 +1,4 @@
-"""The kinds of scene beyond sea-beds: other sonars, hovering, other sonars' sound, second ways, many bodies, poses.
+"""The kinds of scene beyond sea-beds: other sonars, hovering, other sonars' sound, second ways, many objects, poses.
 
 Each is a scene of the family with something changed, and what is wanted of the lists.
 """
@@ -17,11 +17,11 @@ from ods.sim_sonar.scene.settings import Oscillation, SceneFile, Sphere, Vehicle
 
 Change = Callable[[SceneFile], SceneFile]
 
-ON_TIME = "false <= 1; bodies in 95 % of the lists, within 1 s"
+ON_TIME = "false <= 1; objects in 95 % of the lists, within 1 s"
 NO_SOUND = "no false; interference is said"
 UNSEEN = "no false; the bearing is unseen, said within 1 s"
 MARKED = "no false that is not marked as multipath"
-COVERED = "each body within 3 s"
+COVERED = "each object within 3 s"
 
 SOURCES_NED = (120.0, 25.0, 20.0), (110.0, -40.0, 20.0)
 """Where other sonars are, m: ahead of the vehicle, to starboard and to port."""
@@ -87,7 +87,7 @@ def spoke(file: SceneFile, level_counts: float) -> SceneFile:
 
 
 def second_way(file: SceneFile, gain_db: float) -> SceneFile:
-    """Return a scene all of which is heard once more, farther away."""
+    """Return a scene in which each echo arrives a second time, farther away."""
     return with_levels(file, second_ways=[SecondWay(longer_m=WAY_LONGER_M, gain_db=gain_db)])
 
 
@@ -130,7 +130,7 @@ KINDS = [
 
 
 def kinds_named(names: Sequence[str]) -> list[Kind]:
-    """Return the kinds of these names, or all for none. Raises OdsError for a name that is none."""
+    """Return the kinds of these names, or all for none. Raises OdsError for an unknown name."""
     known = {kind.name: kind for kind in KINDS}
     for name in names:
         if name not in known:

@@ -24,7 +24,7 @@ class Pairs:
 
 
 def pair(distance: Floats, cutoff: float = CUTOFF_M, order: float = ORDER) -> Pairs:
-    """Return the assignment that minimises GOSPA for (objects, tracks) distances: pairs at the cutoff are none."""
+    """Return the assignment that minimises GOSPA for (objects, tracks) distances: pairs at the cutoff are left out."""
     from scipy.optimize import linear_sum_assignment  # 20 MB: only where lists are judged
 
     rows, columns = linear_sum_assignment(np.minimum(distance, cutoff) ** order)

@@ -21,18 +21,22 @@ def now(moment: Moment, most: int) -> ObstacleList:
     """Return the list with the nearest obstacles, and the vehicle, where they are at the instant of sending."""
     there = [msgspec.structs.replace(o, position_ned=moment.place(o)) for o in moment.nearest(most)]
     pose = msgspec.structs.replace(moment.pose, position_ned=moment.vehicle())
-    return msgspec.structs.replace(moment.picture, obstacles=there, pose=pose)
+    return msgspec.structs.replace(moment.obstacle_list, obstacles=there, pose=pose)
 
 
-def heeded(picture: ObstacleList) -> ObstacleList:
+def heeded(obstacle_list: ObstacleList) -> ObstacleList:
     """Return the list without what an operator said to ignore, for messages that cannot say so."""
-    kept = [each for each in picture.obstacles if each.ignored_by < 0]
-    return picture if len(kept) == len(picture.obstacles) else msgspec.structs.replace(picture, obstacles=kept)
+    kept = [each for each in obstacle_list.obstacles if each.ignored_by < 0]
+    return (
+        obstacle_list
+        if len(kept) == len(obstacle_list.obstacles)
+        else msgspec.structs.replace(obstacle_list, obstacles=kept)
+    )
 
 
-def odometry(make: Messages, stamp_ns: int, picture: ObstacleList) -> Any:
+def odometry(make: Messages, stamp_ns: int, obstacle_list: ObstacleList) -> Any:
     """Return the vehicle's pose and velocity. Turn rates are not known: 0, with the variance of an unknown one."""
-    pose = picture.pose
+    pose = obstacle_list.pose
     assert pose is not None
     spread, speeds = np.zeros((6, 6)), np.zeros((6, 6))
     spread[:3, :3] = np.reshape(enu.covariance(pose.sigma_position), (3, 3))
@@ -54,15 +58,15 @@ UNKNOWN = 1e6
 """Variance, (rad/s)^2."""
 
 
-def transforms(make: Messages, stamp_ns: int, picture: ObstacleList) -> Any:
+def transforms(make: Messages, stamp_ns: int, obstacle_list: ObstacleList) -> Any:
     """Return the vehicle in the map, and the sonar's head and fan on the vehicle where the head's place is known."""
-    pose, frames = picture.pose, make.frames
+    pose, frames = obstacle_list.pose, make.frames
     assert pose is not None
     transforms = [
         make.transform(stamp_ns, (frames.map, frames.vehicle), enu.enu(pose.position_ned), enu.attitude(pose.attitude))
     ]
-    if picture.head is not None:
-        transforms += [_head(make, stamp_ns, pose, picture.head), make.fan(stamp_ns)]
+    if obstacle_list.head is not None:
+        transforms += [_head(make, stamp_ns, pose, obstacle_list.head), make.fan(stamp_ns)]
     return make.new("tf2_msgs/msg/TFMessage", transforms)
 
 
@@ -75,22 +79,22 @@ def _head(make: Messages, stamp_ns: int, pose: PoseAt, head: PoseAt) -> Any:
 
 
 OF_LISTS: dict[str, Callable[[Messages, int, ObstacleList], Any]] = {
-    "obstacles": lambda make, stamp_ns, picture: make.obstacles(stamp_ns, heeded(picture)),
+    "obstacles": lambda make, stamp_ns, obstacle_list: make.obstacles(stamp_ns, heeded(obstacle_list)),
     "markers": markers,
-    "tracks": lambda make, stamp_ns, picture: tracks(make, stamp_ns, heeded(picture)),
+    "tracks": lambda make, stamp_ns, obstacle_list: tracks(make, stamp_ns, heeded(obstacle_list)),
     "odometry": odometry,
     "tf": transforms,
 }
 """By the topic's key."""
 
 
-def verdict(make: Messages, stamp_ns: int, picture: ObstacleList | None, silent: str, age_s: float) -> Any:
+def verdict(make: Messages, stamp_ns: int, newest: ObstacleList | None, silent: str, age_s: float) -> Any:
     """Return whether lists are sent, and why not."""
-    if picture is None:
+    if newest is None:
         return make.diagnostic(stamp_ns, NAME, STALE, silent, {})
-    level = ERROR if silent else WARN if picture.caution else OK
+    level = ERROR if silent else WARN if newest.caution else OK
     values = {
-        "valid": picture.valid, "seq": picture.seq, "ping_number": picture.ping_number, "age_s": f"{age_s:.3f}",
-        "left_out": picture.left_out, "utc_source": picture.utc_source, "unseen_share": f"{picture.unseen_share:.3f}",
+        "valid": newest.valid, "seq": newest.seq, "ping_number": newest.ping_number, "age_s": f"{age_s:.3f}",
+        "left_out": newest.left_out, "utc_source": newest.utc_source, "unseen_share": f"{newest.unseen_share:.3f}",
     }  # fmt: skip
-    return make.diagnostic(stamp_ns, NAME, level, silent or picture.caution or "valid", values)
+    return make.diagnostic(stamp_ns, NAME, level, silent or newest.caution or "valid", values)

@@ -63,9 +63,9 @@ class Ros2Worker(ListWorker):
         self._send_image(now_ns)
         self._send_verdict(now_ns)
 
-    def judged(self, picture: ObstacleList, silent: str) -> None:
+    def judged(self, obstacle_list: ObstacleList, silent: str) -> None:
         """Keep what the verdict is about."""
-        self._last = picture
+        self._last = obstacle_list
 
     def send(self, moment: Moment) -> None:
         """Write a list's messages, for the instant of sending; none is made without a subscriber."""
@@ -74,10 +74,10 @@ class Ros2Worker(ListWorker):
         if not keys:
             self.service.complain_once("unheard_lists", self._sender.problem() or "no node has subscribed")
             return
-        picture, stamp_ns = content.now(moment, self._table.most_obstacles), moment.utc_ns
-        sent = [self._write(key, content.OF_LISTS[key](self._make, stamp_ns, picture)) for key in keys]
+        obstacle_list, stamp_ns = content.now(moment, self._table.most_obstacles), moment.utc_ns
+        sent = [self._write(key, content.OF_LISTS[key](self._make, stamp_ns, obstacle_list)) for key in keys]
         counters["sent_lists"] += all(sent)
-        counters["left_out_obstacles"] += moment.left_out(len(picture.obstacles))
+        counters["left_out_obstacles"] += moment.left_out(len(obstacle_list.obstacles))
 
     def _is_heard(self, key: str) -> bool:
         return key in self._kinds and self._sender.is_heard(key)
@@ -115,11 +115,11 @@ class Ros2Worker(ListWorker):
         if "diagnostics" not in self._kinds or (said == self._said and now_ns - self._said_ns < DIAGNOSED_NS):
             return
         self._said, self._said_ns = said, now_ns
-        picture = None if silent.startswith("no obstacle list") else self._last
-        if picture is None and not silent:
+        obstacle_list = None if silent.startswith("no obstacle list") else self._last
+        if obstacle_list is None and not silent:
             return
-        age_s = 0.0 if picture is None else (now_ns - picture.t_ns) / clock.NS
-        self._write("diagnostics", content.verdict(self._make, clock.utc_ns(now_ns), picture, silent, age_s))
+        age_s = 0.0 if obstacle_list is None else (now_ns - obstacle_list.t_ns) / clock.NS
+        self._write("diagnostics", content.verdict(self._make, clock.utc_ns(now_ns), obstacle_list, silent, age_s))
 
     def _write(self, key: str, message: Any) -> bool:
         sent = self._sender.send(key, self._make.cdr(message, self._kinds[key]))

@@ -16,7 +16,7 @@ FORMAT = 1
 
 
 def text(heard: Heard, now_ns: int, hindrance: str = "") -> str:
-    """Return the object in one line; numbers that are none are null.
+    """Return the object in one line; a number that is unknown is null.
 
     hindrance: what keeps the list away, after a colon.
     """

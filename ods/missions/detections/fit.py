@@ -33,7 +33,7 @@ def fit_to_file(campaign: Campaign, path: Path, console: Console) -> None:
     save_laws(laws, path)
     console.print(table_of(heard, laws.sector.range_max_m))
     console.print(
-        f"{laws.pings} pings, {laws.echoes} echoes of bodies; {laws.clutter.per_scan:.2f} echoes of no body a ping; "
+        f"{laws.pings} pings, {laws.echoes} echoes of objects; {laws.clutter.per_scan:.2f} clutter echoes a ping; "
         f"{time.perf_counter() - began:.0f} s"
     )
 
@@ -51,7 +51,7 @@ def fitted(campaign: Campaign, missions: int) -> tuple[Heard, Laws]:
     heard = gathering.heard()
     whole, cut = heard.seen & ~heard.cut, heard.seen & heard.cut
     if whole.sum() < FEWEST:
-        raise OdsError(f"--fit: {whole.sum()} echoes of bodies in {missions} missions are too few")
+        raise OdsError(f"--fit: {whole.sum()} echoes of objects in {missions} missions are too few")
     thresholds_db = [each.heard_from_db for each in shown if each.heard_from_db is not None]
     law = echo_law(heard, whole)
     return heard, Laws(
@@ -102,7 +102,7 @@ def round_of(ranges: Sequence[list[tuple[float, float]]]) -> list[list[tuple[flo
 
 def table_of(heard: Heard, range_max_m: float) -> Table:
     """Return the fitted data by range, which shows whether there is enough."""
-    table = Table("range of the front, m", "bodies in view", "probability of detection", "error of the front, m",
+    table = Table("range of the front, m", "objects in view", "probability of detection", "error of the front, m",
                   "of the bearing, beams", "radius over the true one", "level, dB")  # fmt: skip
     near, errors = heard.features[:, 1] * range_max_m, Errors(*heard.errors.T)
     for low in np.arange(0.0, range_max_m, BAND_M).tolist():

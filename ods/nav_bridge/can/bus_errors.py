@@ -37,7 +37,7 @@ class BusErrors:
             self._passive = False
 
     def works(self) -> None:
-        """Take note of a frame off the bus, which ends bus-off; a controller starts afresh then."""
+        """Take note of a frame off the bus, which ends bus-off; a controller then restarts."""
         if self._off:
             self._counters["can_recovered"] += 1
             self._off = self._passive = False

@@ -27,7 +27,7 @@ REMOTE_TYPES = b"rR"
 
 
 def parse(line: bytes, t_ns: int) -> Frame | None:
-    """Return the frame of an slcan (LAWICEL) line without its carriage return, None when it is none.
+    """Return the frame of an slcan (LAWICEL) line without its carriage return, None when it is malformed.
 
     A remote frame counts as one without data. A time stamp of the adapter behind the data is ignored.
     """

@@ -97,7 +97,7 @@ class NmeaSource(PoseSource[Line]):
         return self._clock.late_ns
 
     def name_of(self, item: Line) -> str:
-        """Return the sentence's name without talker, "?" for a line that is none."""
+        """Return the sentence's name without talker, "?" for a malformed line."""
         return sentence.name_of(sentence.bare(item.data))[1] or "?"
 
     def _take(self, item: Line) -> Pose | None:

@@ -99,13 +99,13 @@ class LoudSpell(Settings, frozen=True, kw_only=True):
     beams: NonNegativeInt = 0
     """How many have it; 0: all from the first one on."""
     from_s: NonNegative = 0.0
-    """Scene time from which on it is heard, s,"""
+    """Scene time from which on it is received, s,"""
     to_s: Positive = FOREVER_S
     """and until which, s."""
 
 
 class SecondWay(Settings, frozen=True, kw_only=True):
-    """A longer way, over the surface say, by which all that is heard comes once more."""
+    """A longer way, over the surface say, by which each echo arrives a second time."""
 
     longer_m: Positive
     """What it adds to the slant range, m."""

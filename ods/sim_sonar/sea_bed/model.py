@@ -56,7 +56,7 @@ def make_sea_bed(
 
 
 def sea_bed_of(settings: SeaBed, scene_seed: int) -> SeaBedModel:
-    """Return the sea-bed that a scene file describes. Raises ValueError for a file of heights that is none."""
+    """Return the sea-bed that a scene file describes. Raises ValueError for an invalid file of heights."""
     slope, toward = math.radians(settings.slope_deg), math.radians(settings.slope_heading_deg)
     field: HeightField | None = None
     if settings.file is not None:

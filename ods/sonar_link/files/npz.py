@@ -125,7 +125,7 @@ def _scale(arrays: Arrays) -> tuple[Scale, float]:
             return "log8", float(factor or LOG_FACTOR)
         except ValueError:
             pass
-    raise ValueError(f"scale: {text!r} is none of 'linear', 'db', 'log8:F'")
+    raise ValueError(f"scale: {text!r} is not one of 'linear', 'db', 'log8:F'")
 
 
 def _times_ns(arrays: Arrays, count: int) -> list[int]:

@@ -21,7 +21,7 @@ from ods.sonar_link.settings import SonarSettings
 from ods.sonar_link.sync_framer import Packet
 
 MAX_TIME_S = 1e10
-"""A time beyond it is none."""
+"""A later time is invalid."""
 GRACE_NS = 5 * NS
 """Time for which a sonar that is asked to ping may stay silent: its commands take a while."""
 MODE_NAMES = {

@@ -205,7 +205,7 @@ def fits(result: SimpleResult, size: int) -> bool:
 
 
 def decode_status(datagram: bytes) -> SonarStatus:
-    """Decode a status. Raises ValueError when it is none."""
+    """Decode a status. Raises ValueError when it is malformed."""
     if len(datagram) != STATUS_BYTES or not datagram.startswith(CHECK_WORD):
         raise ValueError("not a status message")
     device, _, part, state, address, client, *temperatures, pressure = _STATUS.unpack_from(datagram, HEADER_BYTES)

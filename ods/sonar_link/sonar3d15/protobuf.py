@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 VARINT, FIXED64, BYTES, FIXED32 = 0, 1, 2, 5
 MOST_FIELDS = 256
-"""Of a message; more is none of these packets."""
+"""Of a message; no packet has more."""
 LONGEST_VARINT = 10
 _FIXED = {FIXED64: 8, FIXED32: 4}
 
@@ -24,7 +24,7 @@ class Field(NamedTuple):
 
 
 class Message:
-    """The fields of a message by number; what is absent has its default. Raises ValueError for what is none."""
+    """The fields of a message by number; what is absent has its default. Raises ValueError for malformed bytes."""
 
     def __init__(self, data: bytes | memoryview) -> None:
         self._fields: dict[int, list[Field]] = {}

@@ -12,7 +12,7 @@ LONGEST_LENGTH = 5
 
 
 def snappy_block(block: Buffer, most_bytes: int) -> bytes:
-    """Return what a block of Snappy's raw format holds. Raises ValueError: it is none, or holds more."""
+    """Return what a block of Snappy's raw format holds. Raises ValueError: it is malformed, or holds more."""
     length, begin = 0, 0
     for begin, byte in enumerate(block[:LONGEST_LENGTH], 1):
         length |= (byte & 0x7F) << 7 * (begin - 1)

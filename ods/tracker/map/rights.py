@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def hindrance(path: Path) -> str:
-    """Return what this user may not write of the map at `path`, whose it is and what mends that; empty: nothing."""
+    """Return what this user may not write of the map at `path`, whose it is and what repairs that; empty: nothing."""
     files = [path, *(path.with_name(path.name + ending) for ending in ("-wal", "-shm"))]
     for place, needed, target in (
         *((file, os.R_OK, f"{path}*") for file in files),

@@ -1,4 +1,4 @@
-"""What a vehicle's bus tells of operators' vetoes and of bridges, in words."""
+"""What a vehicle's bus reports of operators' vetoes and of bridges, in words."""
 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple

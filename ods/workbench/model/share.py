@@ -50,10 +50,10 @@ def _with_trusted_files(state: State, trusted: State) -> State:
     replace = msgspec.structs.replace
     own = trusted.tuning.config
 
-    def mended(tuning: Tuning) -> Tuning:
+    def repaired(tuning: Tuning) -> Tuning:
         pipeline = replace(tuning.config.pipeline, plugins=own.pipeline.plugins)
         tracker = replace(tuning.config.tracker, plugins=own.tracker.plugins, map=own.tracker.map)
         return replace(tuning, config=replace(tuning.config, pipeline=pipeline, tracker=tracker))
 
-    further = tuple(map(mended, state.further))
-    return replace(state, tuning=mended(state.tuning), other=state.other and mended(state.other), further=further)
+    further = tuple(map(repaired, state.further))
+    return replace(state, tuning=repaired(state.tuning), other=state.other and repaired(state.other), further=further)

@@ -133,7 +133,7 @@ def text_of(value: Any) -> str:
 
 
 def value_of(text: str) -> Any:
-    """Return what a text field says: JSON, or, where it is none, the text itself."""
+    """Return what a text field says: JSON, or, where it is not JSON, the text itself."""
     try:
         return msgspec.json.decode(text)
     except msgspec.DecodeError:

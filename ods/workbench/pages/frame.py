@@ -247,7 +247,7 @@ class _Menus:
         self._built.add(menu.name)
 
         async def fill() -> None:
-            with contextlib.suppress(Exception):  # it is told when it is built
+            with contextlib.suppress(Exception):  # it gets the state when it is built
                 await run.io_bound(importlib.import_module, menu.module)
             if self._tabs.value == menu.name:
                 self._fill(menu, panel)

@@ -38,7 +38,7 @@ _lives: "WeakKeyDictionary[Session, Live]" = WeakKeyDictionary()
 
 
 def live_of(session: Session) -> Live | None:
-    """Return what listens to the bus of a session; None: its data are none of a bus."""
+    """Return what listens to the bus of a session; None: its data do not come from a bus."""
     data, known = session.state.data, _lives.get(session)
     run_dir = Path(data.path)
     if data.kind != "live":

@@ -1,1 +1,1 @@
-"""The .s7k file format: recordings read, written and mended. Its records are those of the wire, and a few more."""
+"""The .s7k file format: recordings read, written and repaired. Its records are those of the wire, and a few more."""

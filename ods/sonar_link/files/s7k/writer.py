@@ -83,7 +83,7 @@ def write_s7k(path: Path, pings: Iterable[Ping]) -> None:
             writer.close()
 
 
-def mend_s7k(path: Path) -> int:
+def repair_s7k(path: Path) -> int:
     """Give a file of `S7kWriter` that was cut off its catalogue; return the number of its records.
 
     Bytes behind the last whole record are removed. A file that has its catalogue is left as it is. Raises OSError, and

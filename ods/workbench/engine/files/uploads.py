@@ -17,7 +17,7 @@ from ods.workbench.model.state import DataReference
 
 MOST_BYTES = 1 << 30
 CLIP, CLIP_BEGINS = ".avi", b"RIFF"
-"""Of a clip only the beginning is looked at: what its pictures mean is told by a file beside it."""
+"""Of a clip only the beginning is looked at: what its pictures mean stands in a file beside it."""
 
 
 class Upload(Protocol):
@@ -33,7 +33,7 @@ class Upload(Protocol):
 
 
 async def keep(upload: Upload) -> Path:
-    """Keep what was sent, and return where. Raises OdsError, one line, and keeps nothing, for what is none of ours."""
+    """Keep what was sent, and return where. Raises OdsError, one line, and keeps nothing, for any other file."""
     wanted = place_of(upload.name)
     if upload.size() > MOST_BYTES:
         raise OdsError(f"{wanted.name}: {upload.size() >> 20} MB, and {MOST_BYTES >> 20} MB are the most")

@@ -126,8 +126,8 @@ _APPROACH_SCENE: dict[str, object] = {
 
 _FIGURE_11 = (
     "Three objects lie on a flat sea-bed, whose reverberation rises where the main lobe meets it, from 18 m on.",
-    "The dark arcs at 78 and 82 m are drop-outs, the dark and the light belt are errors of the TVG; the spot to "
-    "starboard is another sonar.",
+    "The dark arcs at 78 and 82 m are drop-outs, the dark and the light belt are errors of the TVG; the bright patch "
+    "to starboard is another sonar.",
     "Equalization takes all of these away, so that only the three objects are detected and tracked.",
 )
 _WORKED = (
@@ -138,7 +138,7 @@ _WORKED = (
 _ROUGH = (
     "The sea-bed has heights of 8 cm rms, and its highlights look like small objects.",
     "Objects cast shadows here, which end where the bottom behind them is seen again.",
-    "Highlights come and go from ping to ping, bodies stay: count the tracks that stand for nothing.",
+    "Highlights come and go from ping to ping, objects stay: count the false tracks.",
 )
 _APPROACH = (
     "One object crosses the vehicle's way from starboard, another rests to port.",

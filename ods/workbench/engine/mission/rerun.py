@@ -35,7 +35,7 @@ class Wanted(NamedTuple):
 
     reference: DataReference
     scene: SceneFile | None
-    """None where the data are none of a scene."""
+    """None where the data do not come from a scene."""
     settings: MissionSettings
 
 

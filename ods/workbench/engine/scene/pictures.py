@@ -31,7 +31,7 @@ def pictures() -> "ScenePictures":
 
 
 class ScenePictures:
-    """Makes images of one scene after the other; for use by one thread. What did not change is not made anew."""
+    """Makes images of one scene after the other; for use by one thread. What did not change is not made again."""
 
     def __init__(self) -> None:
         self._sonar: tuple[tuple[str, Path | None], SonarModel] | None = None
@@ -65,7 +65,7 @@ class ScenePictures:
         return self._sonar[1]
 
     def _seeing(self, file: SceneFile, sonar: SonarModel) -> ImageSimulator:
-        """Return a simulator; its tables, which take a quarter of a second, are made anew for other levels only."""
+        """Return a simulator; its tables, which take a quarter of a second, are made again for other levels only."""
         known = self._images
         if known is None or (known.scene.file.image, known.scene.file.seed) != (file.image, file.seed):
             return ImageSimulator(sonar, built(file))

@@ -93,7 +93,7 @@ def pings_of(file: SceneFile, sonar: SonarModel) -> int:
 
 
 def pictured(_: Callable[[float], bool], asked: Asked) -> Pictured:
-    """Return one ping of a scene; in the process where this is called, what did not change is not made anew.
+    """Return one ping of a scene; in the process where this is called, what did not change is not made again.
 
     Raises OdsError, one line.
     """

@@ -1,4 +1,4 @@
-"""A tracked mission in three dimensions, where the sonar tells heights: ways as points, objects as spheres."""
+"""A tracked mission in three dimensions, where the sonar measures heights: ways as points, objects as spheres."""
 
 from collections.abc import Callable, Sequence
 
@@ -17,7 +17,7 @@ COLOURS = {
     "vehicle": "#e6edf3", "truth": "#ff8c42", "active": "#1fc79a", "stand_by": "#f0b429", "hibernated": "#56b4e9",
     "terminated": "#8b949e", "mesh": "#30363d",
 }  # fmt: skip
-NOT_KNOWN = "for sonars that tell heights: of several planes, or in three dimensions"
+NOT_KNOWN = "for sonars that measure heights: of several planes, or in three dimensions"
 SIZE = (900, 520)
 """Pixels; a window of 1024 x 700 has them."""
 

@@ -15,31 +15,31 @@ from ods.recording.mcap.framing import MAGIC, MB, RECORD
 from ods.recording.mcap.reader import SUFFIX, Recording, open_recording
 from ods.recording.mcap.rewrite import rewrite
 from ods.recording.mcap.session import is_finished
-from ods.sonar_link.files.s7k.writer import mend_s7k
+from ods.sonar_link.files.s7k.writer import repair_s7k
 
 FOOTER = struct.Struct("<QQI")
 """Where the summary begins, and its index, and the CRC-32 of the bytes from there to this one."""
 CHECKSUM_BYTES = 4
 
 
-def mend(path: Path) -> None:
+def repair(path: Path) -> None:
     """Complete a .s7k file, a segment, or the segments in a folder; say what became of each. Raises RecordingError."""
     try:
         if path.is_dir():
             segments = open_recording(path).segments
             for each in segments:
-                _mend_segment(each)
+                _repair_segment(each)
         elif path.suffix == SUFFIX:
-            _mend_segment(path)
+            _repair_segment(path)
         else:
-            print(f"{path}: complete, {mend_s7k(path)} records")
+            print(f"{path}: complete, {repair_s7k(path)} records")
     except OSError as error:
         raise RecordingError(f"{path}: {error.strerror}") from error
     except ValueError as error:
         raise RecordingError(f"{path}: {one_line(error)}") from error
 
 
-def _mend_segment(path: Path) -> None:
+def _repair_segment(path: Path) -> None:
     recording = open_recording(path)
     finished = is_finished(path)
     if not finished and _is_being_written(path):
