@@ -96,7 +96,7 @@ def walk(work: Callable[[], object]) -> Walk:
             files.append(of_kernel[argument.__name__])
         elif event in ("call", "return", "c_return") and file.is_relative_to(ROOT):
             files.append(file)
-            entered += [file] * (event == "call")
+            entered.extend([file] if event == "call" else [])
 
     sys.setprofile(note)
     try:

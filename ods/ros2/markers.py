@@ -59,7 +59,7 @@ class _Maker:
         self._header = make.header(stamp_ns, make.frames.map)
         self._lifetime = make.new("builtin_interfaces/msg/Duration", LIFETIME_S, 0)
         nothing = np.zeros(0, np.uint8)
-        self._obstacle_list = make.new("sensor_msgs/msg/CompressedImage", make.header(0, ""), "", nothing)
+        self._picture = make.new("sensor_msgs/msg/CompressedImage", make.header(0, ""), "", nothing)
         self._mesh = make.new("visualization_msgs/msg/MeshFile", "", nothing)
 
     def marker(
@@ -80,5 +80,5 @@ class _Maker:
             "visualization_msgs/msg/Marker",
             self._header, name, id_ % 2**31, kind, action, place, scale,
             self._new("std_msgs/msg/ColorRGBA", *colour, 0.3 + 0.6 * seen), self._lifetime,
-            False, points, [], "", self._obstacle_list, [], "", "", self._mesh, False,
+            False, points, [], "", self._picture, [], "", "", self._mesh, False,
         )  # fmt: skip
