@@ -7,6 +7,7 @@ unpacked by itself; one table costs 0.4 us (ADR 0012).
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -21,22 +22,20 @@ GROWTH = 2
 RowNames = TypeVar("RowNames", bound=tuple[Any, ...])
 
 
+@dataclass(slots=True, eq=False)
 class Named(Generic[RowNames]):
     """A table and its rows by name."""
 
-    __slots__ = ("_record", "_rows", "table")
-
-    def __init__(self, record: Callable[..., RowNames], table: Floats) -> None:
-        """`record`: a NamedTuple with a field for each index of the table's first axis."""
-        self.table = table
-        self._record = record
-        self._rows: RowNames | None = None
+    record: Callable[..., RowNames]
+    """A NamedTuple with a field for each index of the table's first axis."""
+    table: Floats
+    _rows: RowNames | None = None
 
     @property
     def rows(self) -> RowNames:
         """Views of the table's rows."""
         if self._rows is None:
-            self._rows = self._record(*self.table)
+            self._rows = self.record(*self.table)
         return self._rows
 
 
@@ -44,57 +43,56 @@ class TrackTable(Generic[RowNames]):
     """A table with an object a column (the last axis), to append objects to and remove them from.
 
     Always C-contiguous, as kernels want it, and always at the start of the same memory: `table` and `rows` of before a
-    `grow` or `keep` are of no use after it.
+    `grow`, `extend` or `keep` are of no use after it.
     """
 
     def __init__(self, record: Callable[..., RowNames], shape: tuple[int, ...], dtype: type[Any] = np.float64) -> None:
         """`shape`: of the table without its last axis; `record`: as in `Named`; `dtype`: of 8 bytes."""
-        self._record = record
-        self._rows: RowNames | None = None
-        self._shape, self._dtype, self._height = shape, dtype, math.prod(shape)
-        self._cells = np.zeros(0, np.int64)
+        self._record, self._shape, self._dtype = record, shape, dtype
+        self.height = math.prod(shape)
+        """Numbers an object."""
+        self.cells = np.zeros(0, np.int64)
         """Room for the table, and for more objects."""
-        self.table: NDArray[Any] = np.zeros((*shape, 0), dtype)
-
-    @property
-    def rows(self) -> RowNames:
-        """Views of the table's rows."""
-        if self._rows is None:
-            self._rows = self._record(*self.table)
-        return self._rows
+        self.lay_out(0)
 
     def __len__(self) -> int:
         return int(self.table.shape[-1])
 
-    def extend(self, count: int) -> None:
-        """Append a number of objects, all numbers 0."""
-        old = len(self)
-        if self._height * (old + count) > len(self._cells):
-            self._cells = np.zeros(GROWTH * self._height * (old + count), np.int64)
-            self._cells[: self.table.size] = self.table.view(np.int64).ravel()
-        native.table_extend(self._cells, self._height, old, count)
-        self._has(old + count)
-
     def grow(self, count: int) -> RowNames:
         """Append a number of objects, all numbers 0, and return their rows to be filled in."""
         old = len(self)
-        self.extend(count)
+        extend([self], count)
         return self._record(*self.table[..., old:])
 
     def restore(self, stored: bytes) -> None:
         """Replace all objects by those of another table of the same record, `table.tobytes()`. Raises ValueError."""
         numbers: NDArray[Any] = np.frombuffer(stored, self._dtype).reshape(*self._shape, -1).copy()
-        self._cells = numbers.view(np.int64).ravel()
-        self._has(numbers.shape[-1])
+        self.cells = numbers.view(np.int64).ravel()
+        self.lay_out(numbers.shape[-1])
 
-    def keep(self, mask: Mask) -> None:
-        """Remove the objects where (n,) `mask` is False; the others keep their order."""
-        self._has(native.table_keep(self._cells, self._height, mask))
+    def lay_out(self, count: int) -> None:
+        """Take the cells as the table of a number of objects."""
+        self.table: NDArray[Any] = self.cells[: self.height * count].view(self._dtype).reshape(*self._shape, count)
+        self.rows = self._record(*self.table)
+        """Views of the table's rows."""
 
-    def _has(self, count: int) -> None:
-        """Lay the table out again, for a number of objects."""
-        self.table = self._cells[: self._height * count].view(self._dtype).reshape(*self._shape, count)
-        self._rows = None
+
+def extend(tables: list[TrackTable[Any]], count: int) -> None:
+    """Append a number of objects to each table, all numbers 0."""
+    for one in tables:
+        old = one.table.shape[-1]
+        if one.height * (old + count) > len(one.cells):
+            cells = np.zeros(GROWTH * one.height * (old + count), np.int64)
+            cells[: one.table.size] = one.table.view(np.int64).ravel()
+            one.cells = cells
+        native.table_extend(one.cells, one.height, old, count)
+        one.lay_out(old + count)
+
+
+def keep(tables: list[TrackTable[Any]], mask: Mask) -> None:
+    """Remove the objects where (n,) `mask` is False from each table; the others keep their order."""
+    for one in tables:
+        one.lay_out(native.table_keep(one.cells, one.height, mask))
 
 
 def each(*rows: Floats) -> tuple[Floats, ...]:

@@ -1,5 +1,6 @@
 """Prediction of the next scan: all that is computed of the objects, once, before its echoes are used."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -61,8 +62,11 @@ def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: Tracker
         seen = hidden_by(seen, scan.looked, measurement, radius)
     if len(scan.not_swept):
         look_elsewhere(seen, measurement, scan.fan_turn, scan.not_swept)
-    reported, vague = flags = np.empty((2, len(tracks)), np.bool_)
-    native.judge_silent(tracks.known[0], measurement.table, radius, scan.t_ns, flags, seen.watched)
+    history, existence = tracks.known
+    reported, vague = flags = np.empty((2, len(radius)), np.bool_)
+    native.judge_silent(history, measurement.table, radius, scan.t_ns, flags, seen.watched)
+    visibility, returned = np.empty(len(radius)), -math.expm1(-settings.echo.return_rate * tracks.unjudged_s)
+    native.existence_visibilities(existence, returned, visibility)
     return ScanPrediction(
         vehicle=vehicle,
         fan=fan,
@@ -71,7 +75,7 @@ def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: Tracker
         by_hypothesis=by_hypothesis,
         measurement=measurement,
         field_of_view=seen,
-        visibility=tracks.visibility(settings.echo.return_rate) * seen.probability,
+        visibility=visibility * seen.probability,
         reported=reported,
         vague=vague,
     )

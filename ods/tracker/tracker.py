@@ -107,8 +107,8 @@ class Tracker:
         tracks.mark_unobserved(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
         match = match_scan(scan, prediction, self._clutter, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
-        tracks.news = self._coherence.news(scan.echoes)
-        states = judge(tracks, prediction, match, self._clutter_statistics, scan, settings)
+        weight = self._coherence.weight(scan.echoes)
+        states = judge(tracks, prediction, match, self._clutter_statistics, scan, weight, settings)
         outcome = self._manager.manage(tracks, states, prediction, scan.utc_ns)
         if match.unexplained is not None:
             births = self._births(since_ns / NS)

@@ -8,7 +8,7 @@ import pytest
 
 from ods.assess.track.scenarios import make
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
-from ods.tracker.named import Named
+from ods.tracker.named import Named, keep
 from ods.tracker.observer.horizontal import HorizontalFilter, NewPlaces
 from ods.tracker.observer.independent import IndependentAxes
 from ods.tracker.observer.sensitivity import Heights
@@ -60,8 +60,7 @@ def test_the_example_of_an_observer_filters_as_the_closed_form_does(plugins: tup
                 each.set_out(np.array([2]))
                 each.join(np.array([3]), np.array([1]))
             if step == 30:
-                for table in each.tables():
-                    table.keep(np.array([True, True, True, True, False]))
+                keep(each.tables(), np.array([True, True, True, True, False]))
         np.testing.assert_allclose(ratios[0], ratios[1], rtol=1e-9, atol=1e-9)
         for mine, closed in zip((*plain.state(), *plain.velocity()), (*ours.state(), *ours.velocity()), strict=True):
             np.testing.assert_allclose(mine, closed, rtol=1e-9, atol=1e-12)

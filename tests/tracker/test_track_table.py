@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ods.compiled import native
-from ods.tracker.named import TrackTable, each
+from ods.tracker.named import TrackTable, each, extend, keep
 
 
 @pytest.mark.parametrize("shape", [(), (3,), (2, 5)])
@@ -14,12 +14,12 @@ def test_columns_are_appended_and_removed_as_numpy_does_it(shape: tuple[int, ...
     for _ in range(200):
         count = int(rng.integers(0, 6))
         new = rng.standard_normal((*shape, count))
-        table.extend(count)
+        extend([table], count)
         assert not table.table[..., len(table) - count :].any()
         table.table[..., len(table) - count :] = new
         expected = np.concatenate([expected, new], axis=-1)
         kept = rng.random(len(table)) < rng.choice([0.0, 0.5, 0.8, 1.0])
-        table.keep(kept)
+        keep([table], kept)
         expected = expected[..., kept]
         assert table.table.flags.c_contiguous
         np.testing.assert_array_equal(table.table, expected)
@@ -28,7 +28,7 @@ def test_columns_are_appended_and_removed_as_numpy_does_it(shape: tuple[int, ...
 def test_a_restored_table_grows_and_shrinks() -> None:
     table = TrackTable(each, (2,), np.int64)
     table.restore(np.arange(8).tobytes())
-    table.keep(np.array([True, False, True, True]))
+    keep([table], np.array([True, False, True, True]))
     table.grow(1)[1][:] = 9
     np.testing.assert_array_equal(table.table, [[0, 2, 3, 0], [4, 6, 7, 9]])
 

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from ods.base.arrays import Mask
 from ods.tracker.association.gating import Hypotheses
 from ods.tracker.measurement.model import PredictedMeasurement
@@ -32,3 +34,8 @@ class Assignment(NamedTuple):
     """What each was seen by, (k,): that echo itself, or what stands for several."""
     explained: Mask
     """(m,) the echoes of the image that some object explains."""
+
+    def plain(self) -> "Assignment":
+        """Return it as kernels take it, whoever made it."""
+        echoes = Echoes(np.ascontiguousarray(self.echoes.table))
+        return Assignment(self.pairs.plain(), echoes, np.ascontiguousarray(self.explained, np.bool_))

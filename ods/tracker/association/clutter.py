@@ -91,7 +91,7 @@ class Clutter:
 
     def density(self, echoes: Echoes, sector: Sector) -> ClutterDensity:
         """Return false alarms at each echo; within a part of the fan all samples are as likely to give one."""
-        table = np.empty((len(ClutterDensity._fields), len(echoes)))
+        table = np.empty((len(ClutterDensity._fields), echoes.table.shape[1]))
         native.clutter_density(echoes.table, _span_of(sector), self._by_part, self._by_radius, FEWEST, table)
         return ClutterDensity(*table)
 

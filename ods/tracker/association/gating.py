@@ -75,7 +75,7 @@ def hypotheses(
     `predicted`: what the sonar should see, (h, n) arrays, by the h hypotheses of `belief`; `left_out`: (n,) objects of
     which no pair is wanted.
     """
-    objects, m = len(belief.radius), len(echoes)
+    objects, m = len(belief.radius), len(clutter.radius)
     if left_out is None:
         left_out = np.zeros(objects, np.bool_)
     extent = belief.weight, belief.radius, belief.radius_variance

@@ -27,8 +27,7 @@ def probabilistic(question: Question) -> Assignment:
     one echo each, from what is left.
     """
     hypotheses, first, echoes, predicted, estimate = question
-    hypotheses = hypotheses.plain()
-    n, m, most = len(first), len(echoes), min(len(hypotheses.score), len(first))
+    n, m, most = len(first), echoes.table.shape[1], min(len(hypotheses.score), len(first))
     explained, chosen = np.empty(m, np.bool_), np.empty(len(hypotheses.score), np.bool_)
     best, llr, made = np.empty(most, np.intp), np.empty(most), np.empty((len(echoes.table), most))
     disputed, counts = np.empty(len(hypotheses.score), np.intp), np.empty(2, np.intp)

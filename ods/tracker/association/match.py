@@ -6,7 +6,6 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
 from ods.compiled import native
-from ods.messages import Sector
 from ods.tracker.association import gating
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import Clutter, ClutterDensity
@@ -72,11 +71,10 @@ def match_scan(
     moving, belief = prediction.by_hypothesis, prediction.belief
     found = gating.hypotheses(moving, belief, echoes, density, chance, settings.gate_sigmas, prediction.vague)
     ask = Question(found, prediction.reported, echoes, prediction.measurement, prediction.estimate)
-    assignment = _plain(associate(ask))
-    seen = shown(ask, assignment, view, density, chance)
+    seen = shown(ask, associate(ask), view, density, chance)
     rest, half_vertical = echoes.take(seen.unexplained), scan.sector.half_vertical_rad
     measurement = _measured(seen, prediction, half_vertical)
-    elsewhere = position_measurement(rest, prediction.vehicle, half_vertical) if len(rest) else None
+    elsewhere = position_measurement(rest, prediction.vehicle, half_vertical) if seen.unexplained.size else None
     if len(seen.hit):
         clutter.count(rest, scan.sector, scan.processed_ranges_m)
     return ScanMatch(
@@ -85,16 +83,9 @@ def match_scan(
         hit=seen.hit,
         evidence=seen.evidence,
         unexplained=elsewhere,
-        new=_new_track_evidence(rest, clutter, scan.sector),
+        new=NewTrackEvidence(density.per_scan.take(seen.unexplained), rest.rows.onset, rest.rows.front),
         free=seen.free,
     )
-
-
-def _plain(assignment: Assignment) -> Assignment:
-    """Return an assignment as kernels take it, whoever made it."""
-    table, explained = assignment.echoes.table, np.ascontiguousarray(assignment.explained, np.bool_)
-    echoes = assignment.echoes if table.flags.c_contiguous else Echoes(np.ascontiguousarray(table))
-    return Assignment(assignment.pairs.plain(), echoes, explained)
 
 
 def shown(
@@ -105,7 +96,7 @@ def shown(
     Echoes that are left and lie inside the circle of a confirmed object are parts of it. Their middle is what such an
     object is seen by, unless it has an echo of its own that is as large as it is.
     """
-    pairs, n, m = assignment.pairs, len(question.first), len(question.echoes)
+    pairs, n, m = assignment.pairs, len(question.first), len(assignment.explained)
     room = len(pairs.objects) + m
     objects, table = np.empty(room, np.intp), np.empty((len(question.echoes.table), room))
     llr, off_centre = np.empty((2, room))
@@ -120,12 +111,6 @@ def shown(
     k, left = counts.tolist()
     echoes = Echoes(table.ravel()[: len(table) * k].reshape(len(table), k))
     return Shown(objects[:k], echoes, off_centre[:k], unexplained[:left], hit, Named(ScanEvidence, evidence), free)
-
-
-def _new_track_evidence(rest: Echoes, clutter: Clutter, sector: Sector) -> NewTrackEvidence:
-    """Return what is known of the echoes `rest`, which no object explains."""
-    rows, density = rest.rows, clutter.density(rest, sector).per_scan
-    return NewTrackEvidence(density, rows.onset, rows.front)
 
 
 def _measured(shown: Shown, prediction: ScanPrediction, half_vertical: float) -> PositionMeasurement:

@@ -43,4 +43,5 @@ def association_of(name: str) -> Association:
     """Return the association of that name. Raises PluginError for one that no plug-in has registered."""
     if name not in ASSOCIATIONS:
         raise PluginError(f"tracker.association: {none_of(name, ASSOCIATIONS)}")
-    return ASSOCIATIONS[name]
+    decide = ASSOCIATIONS[name]
+    return decide if decide in (nearest, probabilistic) else lambda question: decide(question).plain()

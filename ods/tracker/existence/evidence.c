@@ -20,7 +20,7 @@
       distributed and follows the track's own hits, so that the product over all scans is the ratio of two
       beta-binomial laws (J. G. Skellam, J. Royal Statistical Society B 10(2), 1948). The first echoes prove much, the
       hundredth next to nothing (`hit_rate_ratio`). From one place clutter is seen again as it was: of what rests, such
-      a scan counts in part (`look`), after the first few.
+      a scan counts in part (`weight`), after the first few.
    3. What the echo looks like tells an object from clutter, too, and so does motion. Features, in the table FEATURE:
         onset         how sharply the echo sets in: how many of a track's echoes are sharp, beta-binomial
         leading edge  how likely it sets in as an object does, by the pipeline's network: mean of the last log-odds,
@@ -54,13 +54,13 @@
 typedef struct {
     double object_hit_rate, object_scans, clutter_hit_rate, clutter_scans, crowded_scans, crowd_a_second, crowd_power;
     double sharp, object_sharp, object_slow, clutter_sharp, clutter_slow;
-    double onset_for, onset_against, onset_enough, odds_factor;
+    double most_onset, onset_enough, odds_factor;
     double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
     double motion_for;
-    double calm_share, new_share, many, share_tracks, most_share, share_memory, echo_memory, free_looks;
+    double calm_share, new_share, many, share_tracks, memory, whole_scans;
 } Model;
 
-#define MODEL "f8[33] model"
+#define MODEL "f8[30] model"
 
 /* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended; the last scans, and their echoes
    that no confirmed track explains. */
@@ -114,19 +114,19 @@ static State predict(State state, int64_t echoes, double watched, double dt, Rat
                    state.nothing + lost * (state.visible + state.silent), state.clutter};
 }
 
-static double likelihood(double rate, double expected, double weight)
+static double likelihood(double rate, double expected, double ratio)
 {
-    return larger(LEAST_MISSED, 1.0 - expected * rate) + weight * rate;
+    return larger(LEAST_MISSED, 1.0 - expected * rate) + ratio * rate;
 }
 
-/* Returns the state after a scan; `expected`: probability that a visible object of the setting's rate had an echo; `look`:
-   what share of the scan is news of whether the echo is an object's or clutter's. */
-static State update(State state, bool hit, double llr, double expected, HitRates rates, double look)
+/* Returns the state after a scan; `expected`: probability that a visible object of the setting's rate had an echo; `weight`:
+   of the scan, between an object and clutter. */
+static State update(State state, bool hit, double llr, double expected, HitRates rates, double weight)
 {
-    const double weight = hit ? exp(smaller(MOST_EVIDENCE, llr)) : 0.0;
-    const double object = likelihood(rates.object, expected, weight), clutter = likelihood(rates.clutter, expected, weight);
+    const double ratio = hit ? exp(smaller(MOST_EVIDENCE, llr)) : 0.0;
+    const double object = likelihood(rates.object, expected, ratio), clutter = likelihood(rates.clutter, expected, ratio);
     return normalized(state.visible * object, state.silent, state.nothing,
-                      state.clutter * object * (look < 1.0 ? pow(clutter / object, look) : clutter / object));
+                      state.clutter * object * (weight < 1.0 ? pow(clutter / object, weight) : clutter / object));
 }
 
 /* Returns the state given a log-likelihood ratio of an object over persistent clutter. */
@@ -176,8 +176,8 @@ static double onset_ratio(double sum, double count, const Prior *prior)
                           log_beta(m->object_sharp, m->object_slow);
     const double clutter = log_beta(m->clutter_sharp + sum, m->clutter_slow + slow) -
                            log_beta(m->clutter_sharp, m->clutter_slow);
-    const double least = count >= m->onset_enough ? -m->onset_against : 0.0;
-    return smaller(m->onset_for, larger(least, object - clutter));
+    const double least = count >= m->onset_enough ? -m->most_onset : 0.0;
+    return smaller(m->most_onset, larger(least, object - clutter));
 }
 
 static void update_edge(double *sum, double *count, double echo, const Prior *prior)
@@ -251,8 +251,7 @@ static double clutter_share_of(const Counts *counts, const Model *m)
 {
     const double echoes = square(echoes_a_scan(counts));
     const double prior = m->calm_share + m->new_share * echoes / (echoes + square(m->many));
-    return smaller(m->most_share, (counts->clutter_tracks + m->share_tracks * prior) /
-                                      (counts->ended_tracks + m->share_tracks));
+    return (counts->clutter_tracks + m->share_tracks * prior) / (counts->ended_tracks + m->share_tracks);
 }
 
 /* Counts the `is_free` echoes, those that no confirmed track explains, if they measure a strength. */
@@ -261,7 +260,7 @@ KERNEL(clutter_count_echoes, "out " COUNTS ", f8[12,m] echoes, b1[m] free, " MOD
     Counts *counts = ARRAY(Counts, 0);
     const EchoRows echoes = echo_rows(ARRAY(double, 1), SIZE(1, 1));
     const bool *is_free = ARRAY(const bool, 2);
-    const double memory = ARRAY(const Model, 3)->echo_memory;
+    const double memory = ARRAY(const Model, 3)->memory;
     counts->scans = memory * counts->scans + 1.0;
     counts->echoes *= memory;
     for (int64_t j = 0; j < SIZE(1, 1); j++)
@@ -293,7 +292,7 @@ KERNEL(clutter_learn, "out " COUNTS ", f8[17,n] tracks, b1[n] ended, " MODEL)
     const ExistenceTable tracks = existence_rows(ARRAY(double, 1), SIZE(1, 1));
     const bool *ended = ARRAY(const bool, 2);
     const Model *m = ARRAY(const Model, 3);
-    counts->clutter_tracks *= m->share_memory, counts->ended_tracks *= m->share_memory;
+    counts->clutter_tracks *= m->memory, counts->ended_tracks *= m->memory;
     for (int64_t i = 0; i < SIZE(1, 1); i++) {
         if (!ended[i])
             continue;
@@ -324,7 +323,7 @@ KERNEL(existence_begin,
     const double births = FLOAT(2), *density = ARRAY(const double, 3);
     const double *const measured[FEATURES] = {ARRAY(const double, 4), ARRAY(const double, 5)};
     const Model *m = ARRAY(const Model, 7);
-    const Prior prior = {m, clutter_share_of(ARRAY(const Counts, 6), m), 0.5};
+    const Prior prior = {.model = m, .clutter_share = clutter_share_of(ARRAY(const Counts, 6), m)};
     for (int64_t k = 0; k < SIZE(3, 0) && first + k < n; k++) {
         const int64_t i = first + k;
         const double none = density[k] / (births + density[k]);
@@ -343,7 +342,7 @@ static double logit(double share)
 /* What is the same for all tracks of a scan, `dt` s after the one before. */
 typedef struct {
     double dt, detection_probability, crowding;
-    double news; /* share of the scan */
+    double weight; /* of the scan */
     Rates rates;
     const double *const *measured; /* of each feature, (n,) */
 } OfScan;
@@ -356,8 +355,8 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
     State state = predict(state_of(tracks, i), echoes, watched, of->dt, of->rates);
     const HitRates rates = hit_rate_ratio(tracks->hits[i], tracks->scans[i], of->detection_probability, of->crowding,
                                           prior->model);
-    const double look = tracks->scans[i] < prior->model->free_looks ? 1.0 : larger(of->news, 1.0 - at_rest[i]);
-    state = update(state, hit, evidence->llr[i], evidence->expected[i], rates, look);
+    const double weight = tracks->scans[i] < prior->model->whole_scans ? 1.0 : larger(of->weight, 1.0 - at_rest[i]);
+    state = update(state, hit, evidence->llr[i], evidence->expected[i], rates, weight);
     state = apply_features(tracks, i, state, of->measured, i, confirmed, prior);
     if (confirmed && share != tracks->clutter_share[i]) {
         /* what was confirmed before any clutter was known is judged by what is known now */
@@ -365,14 +364,14 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
         tracks->clutter_share[i] = share;
     }
     keep(tracks, i, state);
-    tracks->hits[i] += hit ? look : 0.0;
-    tracks->scans[i] += look * (hit ? 1.0 : watched);
+    tracks->hits[i] += hit ? weight : 0.0;
+    tracks->scans[i] += weight * (hit ? 1.0 : watched);
 }
 
-/* Updates n tracks by a scan, `dt` seconds after the one before; `news`: what share of it is (coherence.py). */
+/* Updates n tracks by a scan, `dt` seconds after the one before; `weight`: of the scan (coherence.py). */
 KERNEL(existence_update,
        "out f8[17,n] tracks, i8[n] echoes, b1[n] confirmed, b1[n] hit, f8[5,n] evidence, f8[n] static, float dt, "
-       "float news, float silence, float recovery, float loss, float detection_probability, float static_prior, " COUNTS
+       "float weight, float silence, float recovery, float loss, float detection_probability, float static_prior, " COUNTS
        ", " MODEL)
 {
     const int64_t n = SIZE(0, 1), *echoes = ARRAY(const int64_t, 1);

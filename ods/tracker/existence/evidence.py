@@ -4,11 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Ints, Mask
+from ods.base.arrays import Floats, Mask
 from ods.compiled import native
 from ods.tracker.existence.model import MODEL
 from ods.tracker.measurement.scan import Echoes
-from ods.tracker.settings import TrackerSettings
 
 CLUTTER_TRACKS, ENDED_TRACKS, SCANS, ECHOES = range(4)
 """Places in the array: weighted counts of tracks; scans, and their echoes that no confirmed track explains."""
@@ -118,27 +117,3 @@ class ClutterStatistics:
         """Return how crowded clutter is, 0 to 1; `dt`: from the scan before to the newest, s."""
         crowding: float = native.existence_crowding(dt, self.values, MODEL)
         return crowding
-
-
-def begin(table: Floats, first: int, births: float, new: NewTrackEvidence, clutter: ClutterStatistics) -> None:
-    """Set tracks from `first` on in a table of `ExistenceTable`, one an unexplained echo, given births a scan."""
-    native.existence_begin(table, first, births, new, clutter.values, MODEL)
-
-
-def update(
-    table: Floats,
-    seen: tuple[Ints, Mask, Mask],
-    evidence: tuple[Floats, Floats],
-    since: tuple[float, float],
-    settings: TrackerSettings,
-    clutter: ClutterStatistics,
-) -> None:
-    """Judge by a scan; since: s after the one before, and what share of it is news; `table`: of `ExistenceTable`.
-
-    seen: (n,) echoes so far, this one too, which tracks are confirmed, and which had an echo; evidence: table of
-    `ScanEvidence`, and (n,) probability of rest.
-    """
-    echo = settings.echo
-    rates = echo.silence_rate, echo.return_rate, echo.loss_rate, echo.detection_probability
-    given = rates, settings.motion.static_prior
-    native.existence_update(table, seen, evidence, since, *given, clutter.values, MODEL)

@@ -21,7 +21,7 @@ typedef struct {
     double sigma;
 } Evidence;
 
-/* `LifeLimits`; */
+/* `LifeSettings`; */
 typedef struct {
     int64_t confirm_echoes;
     double confirm_existence, drop_existence, edge_sigmas, silent_s, stand_by_s, lost_sigma_m;

@@ -60,24 +60,7 @@ class Evidence(NamedTuple):
     """Standard deviation of its horizontal position, m."""
 
 
-class LifeLimits(NamedTuple):
-    """`LifeSettings`, for the kernel."""
-
-    confirm_echoes: int
-    confirm_existence: float
-    drop_existence: float
-    edge_sigmas: float
-    silent_s: float
-    stand_by_s: float
-    lost_sigma_m: float
-
-
-def limits_of(settings: LifeSettings) -> LifeLimits:
-    """Return the settings as limits."""
-    return LifeLimits(*msgspec.structs.astuple(settings))
-
-
-def next_state(state: int, e: Evidence, limits: LifeLimits) -> int:
+def next_state(state: int, e: Evidence, settings: LifeSettings) -> int:
     """Return an object's state after an image, reached by one of `TRANSITIONS` or unchanged."""
-    after: int = native.next_state(state, e, limits)
+    after: int = native.next_state(state, e, msgspec.structs.astuple(settings))
     return after

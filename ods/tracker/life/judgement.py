@@ -1,5 +1,6 @@
 """Existence and state of each object after a scan."""
 
+import msgspec
 import numpy as np
 
 from ods.base.arrays import Ints
@@ -20,18 +21,20 @@ def judge(
     match: ScanMatch,
     clutter: ClutterStatistics,
     scan: Scan,
+    weight: float,
     settings: TrackerSettings,
 ) -> Ints:
-    """Judge existence by a scan; return (n,) the next state of each object of `tracks`.
+    """Judge existence by a scan of this weight; return (n,) the next state of each object of `tracks`.
 
     `clutter` learns from the scan: from echoes that no confirmed object explains, and from tracks that it ends.
     """
     clutter.count(scan.echoes, match.free)
-    tracks.take_scan((match.hit, prediction.reported), match.evidence, settings, clutter)
+    tracks.take_scan((prediction.reported, match.hit), match.evidence, weight, settings, clutter)
+    history, existence = tracks.known
     seen = match.hit, prediction.field_of_view.inside, prediction.field_of_view.skipped
     estimate, states = prediction.estimate, np.empty(len(match.hit), np.int64)
     place = estimate.position, estimate.variance, estimate.shared, estimate.radius, estimate.static
     given = scan.t_ns, EXISTENCE.odds_factor, REST, STATIC
-    native.next_states(tracks.known, seen, place, given, lifecycle.limits_of(settings.life), states)
-    clutter.learn(tracks.known[1], (states == lifecycle.TERMINATED) & prediction.field_of_view.inside)
+    native.next_states(history, existence, seen, place, given, msgspec.structs.astuple(settings.life), states)
+    clutter.learn(existence, (states == lifecycle.TERMINATED) & prediction.field_of_view.inside)
     return states

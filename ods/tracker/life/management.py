@@ -72,8 +72,9 @@ class TrackManager:
 
     def manage(self, tracks: Tracks, states: Ints, prediction: ScanPrediction, utc_ns: int) -> Outcome:
         """Take the objects to their next `states` (n,); return what that changes."""
-        inside, before = prediction.field_of_view.inside, tracks.history.state.copy()
-        tracks.history.state[:] = states
+        inside, history = prediction.field_of_view.inside, tracks.history
+        before = history.state.copy()
+        history.state[:] = states
         lost, confirmed, for_the_map = _events(before, states, inside)
         if lost:
             tracks.settle(((states == STAND_BY) & ~inside).nonzero()[0])

@@ -100,7 +100,7 @@ def position_measurement(
     would bend the ellipse, and turn it with each echo. A new object is where its echo is, in the fan's middle.
     `half_vertical`: half the fan's vertical opening, rad, for echoes without one of their own.
     """
-    m = len(echoes)
+    m = echoes.table.shape[1]
     position, rest, azimuth = np.empty((3, m)), np.empty((7, m)), np.empty((2, m))
     sensitivity = np.empty((UNSEEN, 2, m))
     native.measure_positions(echoes.table, predicted, vehicle, half_vertical, position, rest, azimuth, sensitivity)

@@ -1,7 +1,7 @@
 """What one ping gives the tracker: the vehicle's pose, the sonar's sector and the echoes, as plain arrays."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -70,14 +70,11 @@ class EchoRows(NamedTuple):
     """How likely it sets in as a body does, see `Detection`; 0: not reported."""
 
 
+@dataclass(slots=True, eq=False)
 class Echoes(Named[EchoRows]):
-    """The detections of one ping."""
+    """The detections of one ping: `table` is (12, m), its rows as in `EchoRows`."""
 
-    __slots__ = ()
-
-    def __init__(self, table: Floats) -> None:
-        """`table`: (12, m), its rows as in `EchoRows`."""
-        super().__init__(EchoRows, table)
+    record: Callable[..., EchoRows] = field(default=EchoRows, init=False)
 
     def __len__(self) -> int:
         return int(self.table.shape[1])

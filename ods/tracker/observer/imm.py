@@ -13,7 +13,7 @@ import numpy as np
 from ods.base.arrays import Floats, Indices
 from ods.compiled import native
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
-from ods.tracker.named import Named, TrackTable, each
+from ods.tracker.named import Named, TrackTable, each, extend
 from ods.tracker.observer.horizontal import HorizontalState, Learned, NewPlaces
 from ods.tracker.observer.sensitivity import STATE, Heights
 from ods.tracker.settings import MotionSettings
@@ -43,7 +43,7 @@ class InteractingModels:
         self._filters = TrackTable(each, (1 + len(models), FACTORS))
         self._share = TrackTable(each, (len(models),))
         self._unseen = TrackTable(each, (1 + len(models), UNSEEN, STATE))
-        self._apart = TrackTable(each, ())
+        self._apart = TrackTable(each, (1,))
         """Time since the models exchanged their states, s."""
 
     def predict(self, dt: float) -> None:
@@ -75,9 +75,8 @@ class InteractingModels:
 
     def append(self, new: NewPlaces) -> None:
         """Append objects whose velocity is unknown."""
-        first, count = len(self._filters), len(new.covariance_ne)
-        for table in self.tables():
-            table.extend(count)
+        first = self._filters.table.shape[-1]
+        extend(self.tables(), len(new.covariance_ne))
         native.imm_start(self._numbers(), first, new, self._usual, self._settings.velocity_sigma**2)
 
     def update(
@@ -107,7 +106,7 @@ class InteractingModels:
 
     def _numbers(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Return the numbers of all tables."""
-        return self._filters.table, self._share.table, self._unseen.table, self._apart.table
+        return self._filters.table, self._share.table, self._unseen.table, self._apart.table[0]
 
 
 def _velocity(filters: Floats, share: Floats) -> tuple[Floats, Floats]:

@@ -13,7 +13,7 @@ import numpy as np
 from ods.base.arrays import Floats, Indices
 from ods.compiled import native
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
-from ods.tracker.named import Named, TrackTable
+from ods.tracker.named import Named, TrackTable, extend
 from ods.tracker.observer.belief import Belief
 from ods.tracker.observer.horizontal import RESTING, HorizontalFilter, KindsOfMotion, NewPlaces
 from ods.tracker.observer.sensitivity import Heights
@@ -132,8 +132,9 @@ class StaticOrMovingObserver:
 
     def static(self) -> Floats:
         """Return (n,) the probability that each object does not move."""
-        static = np.empty(len(self._table))
-        native.all_static(self._table.rows.odds, static)
+        odds = self._table.rows.odds
+        static = np.empty(len(odds))
+        native.all_static(odds, static)
         return static
 
     def _restless(self) -> Floats | None:
@@ -175,8 +176,8 @@ class StaticOrMovingObserver:
         self._append(NewCommon(position[2], variance[2], radius, radius_variance, np.zeros(2), math.inf))
 
     def _append(self, new: NewCommon) -> None:
-        first = len(self._table)
-        self._table.extend(len(new.radius))
+        first = self._table.table.shape[-1]
+        extend([self._table], len(new.radius))
         native.common_start(self._table.table, first, new, self._settings.vertical_velocity_sigma**2)
 
     def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats) -> None:

@@ -39,7 +39,7 @@ def _validate_histories(tracks: Tracks, t_ns: int) -> None:
 
 
 def _validate_filters(tracks: Tracks) -> None:
-    tables = [each.table for each in tracks.tables()[2:]]
+    tables = [each.table for each in tracks.tables[2:]]
     if any(np.isnan(table).any() or (np.abs(table[np.isfinite(table)]) > FARTHEST).any() for table in tables):
         raise ValueError(f"invalid checkpoint: filter states must be numbers within {FARTHEST:g}")
     with np.errstate(all="ignore"):  # infinite ones, which only the odds of rest may be, spoil the moments

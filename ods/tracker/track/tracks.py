@@ -1,6 +1,5 @@
 """The live objects: identity, state and existence beside the observer's filters, all kept in the same order."""
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,12 +8,13 @@ from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.pose.utc import Restamp
-from ods.tracker.existence import evidence, lifecycle
+from ods.tracker.existence import lifecycle
 from ods.tracker.existence.evidence import ClutterStatistics, ExistenceTable, NewTrackEvidence, ScanEvidence
+from ods.tracker.existence.model import MODEL
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.measurement.scan import Scan
-from ods.tracker.named import Named, TrackTable
+from ods.tracker.named import Named, TrackTable, extend, keep
 from ods.tracker.observer.belief import Belief, Estimate, moment_match
 from ods.tracker.observer.registry import Observer
 from ods.tracker.settings import TrackerSettings
@@ -51,11 +51,11 @@ class Tracks:
     def __init__(self, observer: Observer) -> None:
         self.unjudged_s = 0.0
         """Time since existence was judged last."""
-        self.news = 1.0
-        """Share of the scan to be judged that is news: see coherence.py."""
         self._observer = observer
         self._history = TrackTable(History, (len(History._fields),), np.int64)
         self._existence = TrackTable(ExistenceTable, (len(ExistenceTable._fields),))
+        self.tables: list[TrackTable[Any]] = [self._history, self._existence, *observer.tables()]
+        """All that is known of the objects: history, existence, and the observer's."""
         self._told: tuple[Belief, Estimate] | None = None
 
     def __len__(self) -> int:
@@ -116,24 +116,20 @@ class Tracks:
         native.tracks_seen(self._history.table, rows, t_ns, utc_ns)
         self._told = None
 
-    def visibility(self, return_rate: float) -> Floats:
-        """Return (n,) the probability that an object, if it exists, gives echoes; silent ones do so again, 1/s."""
-        returned, found = -math.expm1(-return_rate * self.unjudged_s), np.empty(len(self))
-        native.existence_visibilities(self._existence.table, returned, found)
-        return found
-
     def take_scan(
         self,
         seen: tuple[Mask, Mask],
         of_scan: Named[ScanEvidence],
+        weight: float,
         settings: TrackerSettings,
         clutter: ClutterStatistics,
     ) -> None:
-        """Judge existence by a scan; seen: (n,) which objects had an echo, and which are confirmed."""
-        hit, confirmed = seen
-        counted = self.history.echoes, confirmed, hit
-        measured = of_scan.table, self._observer.static()
-        evidence.update(self._existence.table, counted, measured, (self.unjudged_s, self.news), settings, clutter)
+        """Judge existence by a scan of this weight; seen: (n,) which objects are confirmed, and which had an echo."""
+        echo, since = settings.echo, (self.unjudged_s, weight)
+        given = echo.silence_rate, echo.return_rate, echo.loss_rate, echo.detection_probability
+        counted, measured = (self._history.rows.echoes, *seen), (of_scan.table, self._observer.static())
+        prior = settings.motion.static_prior
+        native.existence_update(self._existence.table, counted, measured, since, given, prior, clutter.values, MODEL)
         self.unjudged_s = 0.0
 
     def start(
@@ -145,11 +141,10 @@ class Tracks:
         clutter: ClutterStatistics,
     ) -> None:
         """Append tentative objects, one a measurement, given births a scan and what is known of these k echoes."""
-        first, count = len(self), len(measured.radius)
-        self._history.extend(count)
-        self._existence.extend(count)
+        first = self._history.table.shape[-1]
+        extend([self._history, self._existence], len(measured.radius))
         native.tracks_begin(self._history.table, first, scan.t_ns, scan.utc_ns)
-        evidence.begin(self._existence.table, first, births, new, clutter)
+        native.existence_begin(self._existence.table, first, births, new, clutter.values, MODEL)
         self._observer.start(measured)
         self._told = None
 
@@ -182,20 +177,15 @@ class Tracks:
 
     def state(self) -> TracksState:
         """Return all that is known of the objects."""
-        return TracksState(self.unjudged_s, [each.table.tobytes() for each in self.tables()])
+        return TracksState(self.unjudged_s, [each.table.tobytes() for each in self.tables])
 
     def restore(self, state: TracksState) -> None:
         """Replace the objects by those of another `Tracks` with a like observer. Raises ValueError for other tables."""
-        tables = self.tables()
-        for table, stored in zip(tables, state.tables, strict=True):
+        for table, stored in zip(self.tables, state.tables, strict=True):
             table.restore(stored)
-        if len({len(table) for table in tables}) != 1:
+        if len({len(table) for table in self.tables}) != 1:
             raise ValueError("tables of different lengths")
         self.unjudged_s, self._told = state.unjudged_s, None
-
-    def tables(self) -> list[TrackTable[Any]]:
-        """Return all that is known of the objects: history, existence, and the observer's."""
-        return [self._history, self._existence, *self._observer.tables()]
 
     def settle(self, rows: Indices) -> None:
         """Decide for good whether each of `rows` moves, where that is established."""
@@ -220,6 +210,5 @@ class Tracks:
 
     def keep(self, mask: Mask) -> None:
         """Remove the objects where `mask` is False."""
-        for table in self.tables():
-            table.keep(mask)
+        keep(self.tables, mask)
         self._told = None
