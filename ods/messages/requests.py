@@ -38,7 +38,7 @@ class ReplayRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=Tru
     """A wish to a live replay, `ods replay --live`."""
 
     do: Literal["tell", "pause", "go", "step"] = "tell"
-    """tell: nothing but the answer; step: continue until this number of obstacle lists has been published, then
+    """`tell`: nothing but the answer; step: continue until this number of obstacle lists has been published, then
     pause."""
     steps: Annotated[int, msgspec.Meta(ge=1, le=1_000_000)] = 1
     speed: ReplaySpeed | None = None

@@ -33,10 +33,12 @@ class ExistenceModel(NamedTuple):
     """The same of clutter's: sharp ones,"""
     clutter_slow: float = 6.37
     """and others."""
-    most_onset: float = 3.0
-    """Largest log-likelihood ratio of the onset, for an object or against one;"""
+    onset_for: float = 3.0
+    """Largest log-likelihood ratio of the onset for an object,"""
+    onset_against: float = 6.0
+    """and against one,"""
     onset_enough: float = 8.0
-    """against one it takes so many echoes."""
+    """and the number of echoes that this takes."""
     odds_factor: float = 3.3
     """Factor on the odds to confirm a new track where rises are measured: a few sharp echoes may be chance."""
 
@@ -68,8 +70,13 @@ class ExistenceModel(NamedTuple):
     """and by half of that with this number."""
     share_tracks: float = 30.0
     """Weight of that prior, tracks."""
-    memory: float = 0.99
-    """Share of all counts that a scan leaves of those before: 15 s at 6.7 scans a second."""
+    most_share: float = 0.8
+    """Largest share that is believed: some echoes are of noise everywhere."""
+    share_memory: float = 0.99
+    """Share of the counts of ended tracks that a scan leaves of those before: 15 s at 6.7 scans a second."""
+
+    echo_memory: float = 0.98
+    """The same of scans and their echoes: 7 s."""
 
     whole_scans: float = 8.0
     """Scans of a track that count whole, though the sonar is at rest (`coherence.py`)."""
