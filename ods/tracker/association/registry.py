@@ -8,6 +8,7 @@
 """
 
 from collections.abc import Callable
+from functools import wraps
 from typing import Protocol
 
 from ods.base.choices import none_of
@@ -44,4 +45,11 @@ def association_of(name: str) -> Association:
     if name not in ASSOCIATIONS:
         raise PluginError(f"tracker.association: {none_of(name, ASSOCIATIONS)}")
     decide = ASSOCIATIONS[name]
-    return decide if decide in (nearest, probabilistic) else lambda question: decide(question).plain()
+    if decide in (nearest, probabilistic):
+        return decide
+
+    @wraps(decide)
+    def plain(question: Question) -> Assignment:
+        return decide(question).plain()
+
+    return plain
