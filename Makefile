@@ -24,7 +24,7 @@ bench-rough: kernels
 bench-avoid: kernels
 	$(BIN)/ods bench --config config/bench-avoid.toml
 
-# the bench where vcan0 is: on this host or in a guest kernel, see docs/vcan.md
+# the bench where vcan0 is: on this host or in a guest kernel, see docs/bench/vcan.md
 bench-vcan: kernels
 	$(BIN)/python -m in_vcan --timeout 1800 $(BIN)/ods bench --config config/bench-vcan.toml
 

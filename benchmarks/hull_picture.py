@@ -1,4 +1,4 @@
-"""`python -m benchmarks.hull_picture docs/sonar3d15.png`: a real range image of a hull, and what becomes of it."""
+"""`python -m benchmarks.hull_picture docs/sonars/sonar3d15.png`: a real range image of a hull, and its circles."""
 
 import sys
 from pathlib import Path

@@ -1,8 +1,8 @@
 """`make benchmark`: CPU time of a scan against objects in view, with and without 10,000 hibernated ones.
 
 Every tracker gets the same scans; all take turns within one run, so that a machine that slows down slows all of them.
-`python -m benchmarks.tracker --out docs/tracker-cost.png` draws the chart too; `--against COMMIT` compares the scan
-step with that of another commit instead.
+`python -m benchmarks.tracker --out docs/assess/tracker-cost.png` draws the chart too; `--against COMMIT` compares the
+scan step with that of another commit instead.
 """
 
 import argparse

@@ -56,7 +56,7 @@ class Running(NamedTuple):
 
 
 def main() -> None:
-    """Print the tables of docs/workbench.md."""
+    """Print the tables of docs/workbench/README.md."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--serve", type=float, metavar="HZ", help=argparse.SUPPRESS)
     parser.add_argument("--seconds", type=float, default=20.0, help="for which CPU is measured; 0: not at all")

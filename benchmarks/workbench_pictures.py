@@ -1,6 +1,6 @@
 """The docs' pictures of the workbench, taken anew from all of its menus in a real browser.
 
-    python -m benchmarks.workbench_pictures                          # docs/workbench-*.png, 1440 x 900
+    python -m benchmarks.workbench_pictures                          # docs/workbench/pictures/*.png, 1440 x 900
     python -m benchmarks.workbench_pictures FOLDER --size 1024x700   # to look at
 
 A bench runs for the menu Live: a minute or two in all. `--only observer live` takes these alone.
@@ -103,7 +103,7 @@ PICTURES: dict[str, tuple[str, str, Callable[[Hand], None]]] = {
 def main() -> None:
     """Take them."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, nargs="?", default=PROJECT / "docs")
+    parser.add_argument("folder", type=Path, nargs="?", default=PROJECT / "docs" / "workbench" / "pictures")
     parser.add_argument("--size", default="1440x900")
     parser.add_argument("--only", nargs="+", choices=PICTURES, default=list(PICTURES))
     args = parser.parse_args()
@@ -114,7 +114,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name, chromium(Path(name) / "profile", logged=False) as window:
         resized(window, width, height)
         for picture in args.only:
-            place = args.folder / f"workbench-{picture}.png"
+            place = args.folder / f"{picture}.png"
             _save(_taken(window, picture), place)
             print(place, flush=True)
     shutil.rmtree(FOLDER)

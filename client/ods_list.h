@@ -1,4 +1,4 @@
-/* Obstacle lists of ODS for C99 and C++: reads the msgpack of the topic `obstacles` (docs/messages.md, ObstacleList).
+/* Obstacle lists of ODS for C99 and C++: reads the msgpack of the topic `obstacles` (docs/messages/README.md, ObstacleList).
  *
  * One header, nothing but libc, no memory of its own. What comes from the wire is not trusted: a message that is cut
  * short, nested too deep or of other types is refused, and fields that are not known here are passed over.

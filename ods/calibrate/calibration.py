@@ -1,4 +1,4 @@
-"""`ods calibrate`: how the sonar is mounted, from a recording of one fixed object (docs/calibrate.md)."""
+"""`ods calibrate`: how the sonar is mounted, from a recording of one fixed object (docs/assess/calibrate.md)."""
 
 from argparse import Namespace
 
@@ -24,6 +24,6 @@ def run(args: Namespace) -> None:
     found = (result.detections for result in offline.detect_pings(recording.pings, settings.pipeline))
     fit = calibrate(echoes_of(found, begin_ns), Rig(history, settings.sonar.mounting), args.depth)
     if not any(result.known for result in results_of(fit).values()):
-        raise OdsError("neither yaw, pitch nor latency can be determined from this recording: see docs/calibrate.md")
+        raise OdsError("neither yaw, pitch nor latency follows from this recording: see docs/assess/calibrate.md")
     for line in lines(fit, settings.sonar.mounting, settings.sonar.latency_ms):
         print(line)

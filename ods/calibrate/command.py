@@ -1,4 +1,4 @@
-"""`ods calibrate`: how the sonar is mounted, from a recording of one fixed object (docs/calibrate.md)."""
+"""`ods calibrate`: how the sonar is mounted, from a recording of one fixed object (docs/assess/calibrate.md)."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path

@@ -10,7 +10,7 @@ for obstacle_list in Obstacles("/run/ods"):
     for miss in near_misses(obstacle_list, within_m=5.0, horizon_s=60.0):
         print(miss.obstacle.id, "may come within 5 m in", miss.time_s, "s")
 
-Obstacles("tcp://192.168.2.10:5600", key="planner.secret")  # of another computer: docs/network.md
+Obstacles("tcp://192.168.2.10:5600", key="planner.secret")  # of another computer: docs/hardware/network.md
 
 Sonar("/run/ods").set_range(50.0)
 Replay("/run/ods").step()

@@ -11,7 +11,7 @@ WAYS = ("ahead", "astern"), ("to starboard", "to port"), ("down", "up")
 MAYBE_RADIANS = 1.6
 """A right angle and what it was rounded up by; angles in degrees are larger as a rule."""
 STEEPEST_DEG = 50.0
-"""Tilt of the fan, rad, beyond which positions are off by more than their standard deviations (docs/mounting.md)."""
+"""Tilt of the fan beyond which positions are off by more than their standard deviations (docs/hardware/mounting.md)."""
 
 
 def examine(mounting: MountingSettings, lever_arm_m: Lever) -> Iterator[Finding]:

@@ -220,7 +220,7 @@ def _judge(
 
 
 def _counted(subject: str, trouble: list[str]) -> Finding:
-    return Finding("note", subject, f"{', '.join(trouble)}: see docs/counters.md")
+    return Finding("note", subject, f"{', '.join(trouble)}: see docs/counters/README.md")
 
 
 def _place(pose: Pose) -> str:

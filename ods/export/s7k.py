@@ -23,7 +23,7 @@ class S7kFile:
 
     @property
     def losses(self) -> "Counter[str]":
-        """The counters of docs/counters.md that count losses."""
+        """The counters of docs/counters/README.md that count losses."""
         counters = self._written[1].counters if self._written else {}
         return Counter({name: count for name, count in counters.items() if name not in WRITTEN})
 

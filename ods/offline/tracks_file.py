@@ -1,4 +1,4 @@
-"""The tracks of a run as arrays: what `ods track --out` writes. Format in docs/formats-tracks.md."""
+"""The tracks of a run as arrays: what `ods track --out` writes. Format in docs/recordings/tracks.md."""
 
 from pathlib import Path
 

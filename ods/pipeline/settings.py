@@ -46,8 +46,8 @@ class PipelineSettings(Settings, frozen=True):
     plugins: tuple[Path, ...] = ()
     """Python files, or modules by name, that register the user's own stages."""
     stage: tuple[StageTable, ...] = ()
-    """The chain: tables of `use`, the stage's name, and its parameters. Empty: DEFAULT_STAGES, which docs/pipeline.md
-    shows."""
+    """The chain: tables of `use`, the stage's name, and its parameters. Empty: DEFAULT_STAGES, see
+    docs/pipeline/README.md."""
     smallest_object_m: Annotated[float, msgspec.Meta(ge=0.0, le=50.0), slider(0.0, 5.0, step=0.05, unit="m")] = 0.0
     """Smallest object that matters, along the range, m. Number of averaged samples, filter and smallest region follow
     from it if the stages have no numbers of their own. 0: six range samples."""

@@ -13,8 +13,8 @@ COUNTERS_HEAD = """# Counters
 Generated from the table in `ods/runtime/counters.py` by `make docs`; do not edit.
 
 Every kind of loss has a counter of its own. Each process sends its counters in its
-[health report](messages/health.md#health), and `ods watch` shows those that are not 0. The recorder prints its counters
-in its summary, `ods detect` those of the file it reads.
+[health report](../messages/health.md#health), and `ods watch` shows those that are not 0. The recorder prints its
+counters in its summary, `ods detect` those of the file it reads.
 **Trouble**: data is lost, or a device misbehaves; `ods doctor --listen` notes those of `sonar` and `nav`.
 **Logged**: the first occurrence is a line in the log.
 """
@@ -35,15 +35,13 @@ def counter_pages() -> dict[str, str]:
         page = _counter_page(alike[0])
         found[page] += f"\n## {', '.join(alike)}\n\n{table}"
         listed[page].extend(alike)
-    lines = "".join(
-        f"| [{PROCESS_COUNTERS[page]}](counters/{page}.md) | {', '.join(listed[page])} |\n" for page in found
-    )
+    lines = "".join(f"| [{PROCESS_COUNTERS[page]}]({page}.md) | {', '.join(listed[page])} |\n" for page in found)
     made = {
         f"counters/{page}.md": f"# {PROCESS_COUNTERS[page]}: counters\n\n{GENERATED} "
-        f"[What the columns mean](../counters.md).\n{text}"
+        f"[What the columns mean](README.md).\n{text}"
         for page, text in found.items()
     }
-    return {"counters.md": f"{COUNTERS_HEAD}\n| page | counters of |\n|---|---|\n{lines}", **made}
+    return {"counters/README.md": f"{COUNTERS_HEAD}\n| page | counters of |\n|---|---|\n{lines}", **made}
 
 
 def _counter_page(where: str) -> str:

@@ -27,7 +27,7 @@ name, and a msgpack map with the fields below. JSON Schema of all of them: [mess
 
 The folder has mode 0750 and the sockets 0660, whatever the umask: readers must be of the group of the processes' user
 (`ods` where the units run; log in again after joining). On other computers the same comes over tcp:
-[network.md](network.md).
+[network](../hardware/network.md).
 
 """
 
@@ -61,13 +61,13 @@ def message_pages() -> dict[str, str]:
     for kind in _structs():
         found[_page_of(kind)].append(kind)
     for page, kinds in found.items():
-        text += f"| [{MESSAGES[page]}](messages/{page}.md) | {', '.join(_link(kind) for kind in kinds)} |\n"
+        text += f"| [{MESSAGES[page]}]({page}.md) | {', '.join(_link(kind) for kind in kinds)} |\n"
     made = {
-        f"messages/{page}.md": f"# {MESSAGES[page]}: messages\n\n{GENERATED} [All messages](../messages.md).\n"
+        f"messages/{page}.md": f"# {MESSAGES[page]}: messages\n\n{GENERATED} [All messages](README.md).\n"
         + "".join(_section(kind) for kind in kinds)
         for page, kinds in found.items()
     }
-    return {"messages.md": text, **made}
+    return {"messages/README.md": text, **made}
 
 
 def _page_of(kind: type[msgspec.Struct]) -> str:
@@ -75,7 +75,7 @@ def _page_of(kind: type[msgspec.Struct]) -> str:
 
 
 def _link(kind: type[msgspec.Struct]) -> str:
-    return f"[{kind.__name__}](messages/{_page_of(kind)}.md#{kind.__name__.lower()})"
+    return f"[{kind.__name__}]({_page_of(kind)}.md#{kind.__name__.lower()})"
 
 
 def schema() -> str:

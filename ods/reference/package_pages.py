@@ -9,10 +9,11 @@ ON_BOARD = {
     "base", "bridge", "client", "compiled", "listen", "messages", "nav_bridge", "pipeline", "pose", "recording", "ros2",
     "runtime", "sonar_link", "tracker",
 }  # fmt: skip
+FOLDER, ON, OFF = "architecture", "packages.md", "packages-off-board.md"
 HEAD = """# Packages {where}
 
 Generated from the folders' own docstrings by `make docs`; do not edit. How they are arranged:
-[architecture](architecture.md). Others: [{others}]({page}).
+[architecture](README.md). Others: [{others}]({page}).
 
 A folder's name is a word of the configuration or of the field: `use = "filter.wiener"` is in
 `ods/pipeline/filter/wiener.py`.
@@ -33,8 +34,8 @@ def package_pages() -> dict[str, str]:
         else:
             others += row
     return {
-        "packages.md": HEAD.format(where="on board", others="off board", page="packages-off-board.md") + on_board,
-        "packages-off-board.md": HEAD.format(where="off board", others="on board", page="packages.md") + others,
+        f"{FOLDER}/{ON}": HEAD.format(where="on board", others="off board", page=OFF) + on_board,
+        f"{FOLDER}/{OFF}": HEAD.format(where="off board", others="on board", page=ON) + others,
     }
 
 

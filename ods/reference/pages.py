@@ -10,4 +10,4 @@ from ods.reference.setting_pages import setting_pages
 def pages() -> dict[str, str]:
     """Return every generated file of docs/: name and text."""
     made = message_pages() | setting_pages() | file_pages() | counter_pages() | package_pages()
-    return {**made, "messages.schema.json": schema()}
+    return {**made, "messages/messages.schema.json": schema()}

@@ -46,17 +46,17 @@ def setting_pages() -> dict[str, str]:
             page = next((TABLES[each] for each in _parents(path) if each in TABLES), "vehicle")
             found[page] += text
             named[page] += [f"`{path}`"] if path.count(".") == 0 or path in TABLES else []
-    rows = "".join(f"| [{SETTINGS[page]}](configuration/{page}.md) | {', '.join(named[page])} |\n" for page in SETTINGS)
-    rows += "| [Equalizers and filters](configuration/stages.md), [detectors](configuration/detectors.md) "
+    rows = "".join(f"| [{SETTINGS[page]}]({page}.md) | {', '.join(named[page])} |\n" for page in SETTINGS)
+    rows += "| [Equalizers and filters](stages.md), [detectors](detectors.md) "
     rows += "| `pipeline.stage[]` |\n"
-    rows += "| [Scene files](configuration/scene.md), [their images](configuration/image.md) | config/scenes/*.toml |\n"
-    rows += "| [Sonar files](configuration/sonar-file.md) | config/sonars/*.toml |\n"
+    rows += "| [Scene files](scene.md), [their images](image.md) | config/scenes/*.toml |\n"
+    rows += "| [Sonar files](sonar-file.md) | config/sonars/*.toml |\n"
     made = {
         f"configuration/{page}.md": f"# {SETTINGS[page]}: configuration\n\n{GENERATED} "
-        f"[How to read it, and all tables](../configuration.md).\n{text}"
+        f"[How to read it, and all tables](README.md).\n{text}"
         for page, text in found.items()
     }
-    return {"configuration.md": f"{CONFIG_HEAD}\n| page | tables |\n|---|---|\n{rows}", **made}
+    return {"configuration/README.md": f"{CONFIG_HEAD}\n| page | tables |\n|---|---|\n{rows}", **made}
 
 
 def _parents(path: str) -> list[str]:

@@ -10,7 +10,7 @@ from ods.messages import ObstacleList, UnseenPart
 LOUD_BOTTOM_DB = 12.0
 """Detection threshold over the background where the bottom is smooth, dB, at most."""
 MARGIN_DB = 8.0
-"""Level over the detection threshold from which on objects are nearly always in the list, dB (docs/assess-sea.md)."""
+"""Level over the detection threshold from which on objects are nearly always in the list, dB (docs/assess/sea.md)."""
 
 
 def cautions(message: ObstacleList) -> list[str]:

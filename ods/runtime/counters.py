@@ -1,7 +1,7 @@
 """The one counter table: what each counter of a health report, a recorder or a read file means, and who reports it.
 
-Whoever counts uses a plain `collections.Counter`; a name without a row here is refused by the tests. docs/counters.md,
-the doctor's advice, and what is worth a line in the log come from this table.
+Whoever counts uses a plain `collections.Counter`; a name without a row here is refused by the tests. The pages
+of docs/counters/, the doctor's advice, and what is worth a line in the log come from this table.
 """
 
 import os

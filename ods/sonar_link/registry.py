@@ -35,7 +35,7 @@ class ProtocolRow(NamedTuple):
     sonars: str
     """Who speaks it, in a few words."""
     page: str
-    """In docs/; "": the plug-in's author knows."""
+    """In docs/sonars/; "": the plug-in's author knows."""
     knobs: frozenset[str] = frozenset()
     """Those of `range_m`, `power_db` and `gain_db` in `SonarSettings` that are sent to the sonar."""
 
@@ -51,7 +51,7 @@ class ProtocolRow(NamedTuple):
 PROTOCOLS: dict[str, ProtocolRow] = {
     "s7k": ProtocolRow(
         "ods.sonar_link.s7k.protocol:S7kProtocol", frozenset({"serial", "tcp", "socket"}),
-        "Teledyne RESON SeaBat and others of the 7k Data Format", "sonar-s7k.md",
+        "Teledyne RESON SeaBat and others of the 7k Data Format", "s7k.md",
         frozenset({"range_m", "power_db", "gain_db"}),
     ),
     "oculus": ProtocolRow(
@@ -97,7 +97,7 @@ def objection(settings: "SonarSettings") -> str:
         return f"port: {settings.port}: {settings.protocol} is spoken over {spoken} only"
     for name in ("range_m", "power_db", "gain_db"):
         if getattr(settings, name) is not None and name not in row.knobs:
-            where = f", see docs/{row.page}" if row.page else ""
+            where = f", see docs/sonars/{row.page}" if row.page else ""
             return f"{name}: {settings.protocol} has its own settings{where}"
     return ""
 

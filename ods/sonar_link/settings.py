@@ -26,7 +26,7 @@ class SonarSettings(Settings, frozen=True):
     "udp://192.168.2.2:9092", a bridge that takes and sends datagrams; or "udp://224.0.0.96:4747", a multicast group
     that the sonar sends to."""
     protocol: str = "s7k"
-    """The sonar's protocol: a name of the table in docs/sonar-link.md, or of a plug-in."""
+    """The sonar's protocol: a name of the table in docs/sonars/README.md, or of a plug-in."""
     plugins: tuple[Path, ...] = ()
     """Python files, or modules by name, that register the user's own protocols."""
     baud: Annotated[int, msgspec.Meta(ge=300, le=100_000_000)] = 12_000_000

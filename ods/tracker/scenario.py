@@ -1,4 +1,4 @@
-"""`ods track`: runs the tracker over a recorded scenario and writes the tracks. Formats: docs/formats-tracks.md."""
+"""`ods track`: runs the tracker over a recorded scenario and writes the tracks. Formats: docs/recordings/tracks.md."""
 
 import math
 import time

@@ -1,4 +1,4 @@
-"""What each bridge does with an obstacle that an operator said to ignore, as docs/veto.md has it."""
+"""What each bridge does with an obstacle that an operator said to ignore, as docs/tracker/veto.md has it."""
 
 import json
 

@@ -82,12 +82,12 @@ def test_new_files_are_written_as_all_others(page: Path, copy: Path) -> None:
 
 def test_every_page_is_listed() -> None:
     listed = re.findall(r"\]\((\S+\.md)\) \|", (PROJECT / "docs" / "how-to" / "README.md").read_text())
-    assert set(listed) == {page.name for page in PAGES} | {"../user-stage.md"}
+    assert set(listed) == {page.name for page in PAGES} | {"../pipeline/user-stage.md"}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
 def test_the_index_counts_the_files_of_ods_that_change(page: Path) -> None:
     changed = {block["path"] for block in BLOCK.finditer(page.read_text()) if block["path"]}
     index = (PROJECT / "docs" / "how-to" / "README.md").read_text()
-    (told,) = re.findall(rf"\]\({re.escape(page.name)}\) \| (\d+)", index)
-    assert int(told) == len([path for path in changed if path.startswith("ods/")])
+    (files,) = re.findall(rf"\]\({re.escape(page.name)}\) \| (\d+)", index)
+    assert int(files) == len([path for path in changed if path.startswith("ods/")])

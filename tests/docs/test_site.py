@@ -100,10 +100,26 @@ def test_readme_lists_the_pages_of_the_navigation() -> None:
     readme = (PROJECT / "README.md").read_text()
     table = readme[readme.index("## Documentation") :]
     wanted = [root_pages.get(page, f"docs/{page}") for page in pages if page != "index.md"]
-    of_an_index = re.compile(
-        r"docs/(configuration|counters|messages|how-to|studies|tracker|pipeline|navigation|hardware|oculus|protocols|simulator|workbench)/(?!README)"
-    )
-    assert re.findall(r"\]\(([\w/.-]+)\)", table) == [page for page in wanted if not of_an_index.match(page)]
+    assert re.findall(r"\]\(([\w/.-]+)\)", table) == [page for page in wanted if not _has_an_index(PROJECT / page)]
+
+
+def _has_an_index(page: Path) -> bool:
+    """Return whether a page's folder has a README that lists it."""
+    return page.parent != PROJECT and page.name != "README.md" and (page.parent / "README.md").exists()
+
+
+def test_every_index_lists_its_pages() -> None:
+    indices = sorted((PROJECT / "docs").rglob("README.md"))
+    assert len(indices) > 10
+    missing = {
+        str(index.parent): sorted(
+            page.name
+            for page in index.parent.glob("*.md")
+            if page != index and not re.search(rf"\]\({re.escape(page.name)}[#)]", index.read_text())
+        )
+        for index in indices
+    }
+    assert {folder: pages for folder, pages in missing.items() if pages} == {}
 
 
 def test_every_decision_is_listed() -> None:

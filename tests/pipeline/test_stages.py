@@ -112,7 +112,7 @@ def test_a_stage_stands_in_the_file_of_its_name_or_in_one_that_lists_it(name: st
 
 def test_document_shows_the_very_example() -> None:
     code = EXAMPLE.read_text().partition('"""\n\n')[2]
-    assert code in (REPOSITORY / "docs" / "user-stage.md").read_text()
+    assert code in (REPOSITORY / "docs" / "pipeline" / "user-stage.md").read_text()
 
 
 def test_users_file_is_named_relative_to_the_configuration(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The simulated Norbit, read at the places of docs/protocols/norbit.md: no codec of the program has a part in it."""
+"""The simulated Norbit, read at the places of docs/sonars/norbit-packets.md, by no codec of the program."""
 
 import binascii
 import socket

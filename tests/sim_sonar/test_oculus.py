@@ -1,4 +1,4 @@
-"""The simulated Oculus, read at the places of docs/oculus/messages.md: no codec of the program has a part in it."""
+"""The simulated Oculus, read at the places of docs/sonars/oculus-messages.md, by no codec of the program."""
 
 import socket
 import struct

@@ -19,7 +19,7 @@ Arrays = dict[str, ArrayLike]
 
 
 def standard() -> Arrays:
-    """A file that has everything, as docs/formats.md says."""
+    """A file that has everything, as docs/recordings/formats.md says."""
     return {
         "frames": np.arange(2 * 3 * 5, dtype=np.uint8).reshape(2, 3, 5),
         "t": [10.0, 10.15],

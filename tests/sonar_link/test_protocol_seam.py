@@ -50,8 +50,8 @@ LINES = ProtocolRow(
 def test_every_row_is_whole(name: str) -> None:
     row = PROTOCOLS[name]
     assert issubclass(row.made_by, SonarProtocol)
-    assert (ROOT / "docs" / row.page).is_file()
-    assert f"| `{name}` | {row.sonars} |" in (ROOT / "docs" / "sonar-link.md").read_text()
+    assert (ROOT / "docs" / "sonars" / row.page).is_file()
+    assert f"| `{name}` | {row.sonars} |" in (ROOT / "docs" / "sonars" / "README.md").read_text()
     own = get_type_hints(SonarSettings).get(name)
     assert own is None or issubclass(own, Settings)
 

@@ -16,7 +16,7 @@ PLANNER = ("/opt/ods/bin/python", "-P", "/usr/local/lib/guest/planner.py")
 
 @dataclass(frozen=True)
 class Picture:
-    """What the planner got: docs/messages.md, and the time since power-on."""
+    """What the planner got: docs/messages/README.md, and the time since power-on."""
 
     valid: bool
     reasons: list[str]

@@ -2,7 +2,7 @@
 
 The head's frame is the body frame (forward, starboard, down) turned by yaw, pitch and roll in this order, as the
 vehicle is in the global one; its x axis is bearing 0, elevation 0. So pitch below 0 looks down. All that an image shows
-is measured from the head; docs/mounting.md has a drawing.
+is measured from the head; docs/hardware/mounting.md has a drawing.
 """
 
 import copy
@@ -28,7 +28,7 @@ QuarterTurn = Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
 
 
 class MountingSettings(Settings, frozen=True):
-    """Position and orientation of the sonar head on the vehicle (docs/mounting.md)."""
+    """Position and orientation of the sonar head on the vehicle (docs/hardware/mounting.md)."""
 
     position_m: Lever = (0.0, 0.0, 0.0)
     """Position of the head: forward, starboard and down of the body's origin, m."""

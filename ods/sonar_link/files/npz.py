@@ -1,4 +1,4 @@
-"""The project's own file of pings, .npz: one array for all frames, the geometry once. Format in docs/formats.md."""
+"""The project's own file of pings, .npz: one array of all frames, one geometry. Format: docs/recordings/formats.md."""
 
 import math
 from collections import defaultdict

@@ -1,4 +1,4 @@
-"""Writes the project's own file of pings, .npz. Format in docs/formats.md."""
+"""Writes the project's own file of pings, .npz. Format in docs/recordings/formats.md."""
 
 from collections.abc import Sequence
 from pathlib import Path

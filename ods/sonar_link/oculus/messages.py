@@ -2,7 +2,7 @@
 
 Sources: the structures that the maker published with its sample viewer, as liboculus (Applied Physics Laboratory,
 University of Washington), oculus_driver (ENSTA Bretagne) and sonar_oculus_m750d (Tidewise) have them; they agree. All
-numbers are little endian and packed without gaps. docs/oculus/messages.md has the layouts and where the three differ.
+numbers are little endian and packed without gaps. Layouts, and how the three differ: docs/sonars/oculus-messages.md.
 """
 
 import math

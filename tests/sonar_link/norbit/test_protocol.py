@@ -265,7 +265,7 @@ def test_the_version_and_the_part_number_are_nobodys_business() -> None:
 
 
 @pytest.mark.parametrize(
-    ("settings", "word"), [({"port": "/dev/ttyUSB0"}, "tcp"), ({"range_m": 20.0}, "docs/norbit.md")]
+    ("settings", "word"), [({"port": "/dev/ttyUSB0"}, "tcp"), ({"range_m": 20.0}, "docs/sonars/norbit.md")]
 )
 def test_settings_of_another_kind_of_sonar_are_refused(settings: dict[str, Any], word: str) -> None:
     with pytest.raises(msgspec.ValidationError, match=word):

@@ -1,4 +1,4 @@
-"""Norbit packets made byte by byte as in docs/protocols/norbit.md: the codec under test has no part in it."""
+"""Norbit packets made byte by byte as in docs/sonars/norbit-packets.md: the codec under test has no part in it."""
 
 import binascii
 import struct

@@ -212,7 +212,7 @@ def test_what_the_doctor_says() -> None:
 
 @pytest.mark.parametrize(
     ("settings", "word"),
-    [({"port": "/dev/ttyUSB0"}, "tcp"), ({"range_m": 20.0}, "range_m"), ({"gain_db": 3.0}, "docs/oculus.md")],
+    [({"port": "/dev/ttyUSB0"}, "tcp"), ({"range_m": 20.0}, "range_m"), ({"gain_db": 3.0}, "docs/sonars/oculus.md")],
 )
 def test_settings_of_another_kind_of_sonar_are_refused(settings: dict[str, Any], word: str) -> None:
     with pytest.raises(msgspec.ValidationError, match=word):

@@ -1,6 +1,6 @@
 """Packets of the Norbit WBMS as the sonar itself writes them, by packed record types.
 
-Written from docs/protocols/norbit.md, not from `ods.sonar_link.norbit`: the bench would show a mistake there.
+Written from docs/sonars/norbit-packets.md, not from `ods.sonar_link.norbit`: the bench would show a mistake there.
 """
 
 import zlib

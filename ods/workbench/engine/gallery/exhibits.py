@@ -94,7 +94,7 @@ def _recorded(kind: _Kind, found: Sequence[Openable]) -> Exhibit:
     missing = ""
     if file is None and files:
         beside = files[0].with_suffix(".toml").name
-        missing = f"{files[0].name}: its fan's geometry, {beside} beside it, is not there (docs/formats.md)"
+        missing = f"{files[0].name}: its fan's geometry, {beside} beside it, is not there (docs/recordings/formats.md)"
     elif file is None:
         missing = f"no {kind.suffix} file under the workbench's folders; `--folder DIR` adds one"
     return Exhibit(kind.key, kind.title, kind.look, file=file, missing=missing)
