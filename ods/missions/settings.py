@@ -86,6 +86,8 @@ class ChartSettings(Settings, frozen=True):
     """Cruise speeds of the vehicle, m/s."""
     fit_missions: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 4
     """Image-level missions to which the laws of each variant are fitted."""
+    image_missions: Annotated[int, msgspec.Meta(ge=0, le=1_000_000)] = 0
+    """Missions by images, of each variant at each speed, beside those by detections and in the same worlds."""
     variant: tuple[Variant, ...] = (Variant(name="as configured"),)
 
     def __post_init__(self) -> None:

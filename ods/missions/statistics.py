@@ -99,20 +99,18 @@ def summary_of(arm: str, outcomes: Sequence[Outcome], straight_m: float) -> Summ
 
 def paired(outcomes: Sequence[Outcome], arms: Sequence[str]) -> list[Paired]:
     """Compare the collisions of each two arms in the worlds that both went through (McNemar 1947, exact)."""
-    collides = {(each.arm, each.mission): each.ending == "collision" for each in outcomes}
-    missions = sorted({each.mission for each in outcomes})
-    pairs = []
-    for first, second in combinations(arms, 2):
-        both = [
-            (collides[first, number], collides[second, number])
-            for number in missions
-            if (first, number) in collides and (second, number) in collides
-        ]
-        only_first, only_second = both.count((True, False)), both.count((False, True))
-        discordant = only_first + only_second
-        p = float(binomtest(only_first, discordant).pvalue) if discordant else 1.0
-        pairs.append(Paired(first, second, only_first, only_second, p))
-    return pairs
+    own = {arm: [each for each in outcomes if each.arm == arm] for arm in arms}
+    return [compared(first, own[first], second, own[second]) for first, second in combinations(arms, 2)]
+
+
+def compared(first: str, its: Sequence[Outcome], second: str, others: Sequence[Outcome]) -> Paired:
+    """Compare the collisions of two that are named, in the worlds that both went through (McNemar 1947, exact)."""
+    collides = {each.mission: each.ending == "collision" for each in others}
+    both = [(each.ending == "collision", collides[each.mission]) for each in its if each.mission in collides]
+    only_first, only_second = both.count((True, False)), both.count((False, True))
+    discordant = only_first + only_second
+    p = float(binomtest(only_first, discordant).pvalue) if discordant else 1.0
+    return Paired(first, second, only_first, only_second, p)
 
 
 def _beside(own: Sequence[Outcome], outcomes: Sequence[Outcome], arm: str) -> list[tuple[Outcome, Outcome]]:

@@ -3,6 +3,7 @@
 import csv
 import json
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from ods.missions.chart.run import at_speed, varied
 from ods.missions.detections.laws import Laws, fingerprints
 from ods.missions.settings import Campaign, Variant
 from ods.missions.setup import onboard_of, sonar_of
-from ods.missions.statistics import rate_of
+from ods.missions.statistics import Paired, rate_of
 from tests.missions.test_detections import laws_of
 
 CHART = """
@@ -28,6 +29,7 @@ width_m = 40.0
 obstacles_per_hectare = 20.0
 [chart]
 speeds_m_s = [2.0, 3.0]
+image_missions = 1
 [[chart.variant]]
 name = "built-in"
 [[chart.variant]]
@@ -52,16 +54,19 @@ def test_all_variants_are_flown_at_all_speeds_and_not_twice(
     command = ["missions", str(file), "--chart", "--out", str(out)]
     assert main(command) == 0
     rows = list(csv.DictReader((out / "chart.csv").read_text().splitlines()))
-    assert [(row["name"], row["speed_m_s"], row["missions"]) for row in rows] == [
-        (name, speed, "1") for name in ("built-in", "range 30 m") for speed in ("2.0", "3.0")
+    assert [(row["name"], row["speed_m_s"], row["fidelity"], row["missions"]) for row in rows] == [
+        (name, speed, fidelity, "1")
+        for name in ("built-in", "range 30 m")
+        for speed in ("2.0", "3.0")
+        for fidelity in ("detections", "images")
     ]
-    assert float(rows[2]["pings_a_second"]) > 2.5 * float(rows[0]["pings_a_second"])
+    assert float(rows[4]["pings_a_second"]) > 2.5 * float(rows[0]["pings_a_second"])
     assert float(rows[0]["ms"]) > 1.0
     assert (out / "chart.png").stat().st_size > 10_000
     assert json.loads((out / "chart.json").read_text())[0]["collision"]["of"] == 1
     assert "built-in" in capsys.readouterr().out
     journals = {path: path.read_bytes() for path in out.rglob("missions.jsonl")}
-    assert len(journals) == 4
+    assert len(journals) == 8
     monkeypatch.setattr("ods.missions.chart.run.fitted", None)
     assert main(command) == 0
     assert {path: path.read_bytes() for path in out.rglob("missions.jsonl")} == journals
@@ -77,9 +82,10 @@ def test_a_variant_and_a_speed_change_what_they_name_and_nothing_else() -> None:
     assert replace(fast, planner=campaign.planner, vehicle=campaign.vehicle) == campaign
 
 
-def point(name: str, speed: float, collisions: int) -> Point:
+def point(name: str, speed: float, collisions: int, fidelity: Literal["detections", "images"] = "detections") -> Point:
     return Point(name=name, varies="range" if "range" in name else "", speed_m_s=speed, ms=3.0, pings_a_second=6.7,
-                 collision=rate_of(collisions, 50), success=rate_of(50 - collisions, 50), first_listed_m=None,
+                 fidelity=fidelity, collision=rate_of(collisions, 50), success=rate_of(50 - collisions, 50),
+                 first_listed_m=None, against_first=Paired("built-in", name, 0, 0, 1.0),
                  evasions_of_nothing=0.0)  # fmt: skip
 
 
@@ -90,6 +96,12 @@ def test_the_picture_has_a_panel_a_speed_and_each_point_at_its_place() -> None:
     for axes in figure.axes:
         points = [np.array([line.get_xdata(), line.get_ydata()]) for line in axes.lines if line.get_marker() == "o"]
         assert np.ravel(points).tolist() == [3.0, 10.0] * 2
+
+
+def test_points_by_images_are_hollow() -> None:
+    figure = chart_figure([point("built-in", 1.0, 5), point("built-in", 1.0, 9, "images")])
+    faces = [line.get_markerfacecolor() for line in figure.axes[0].lines if line.get_marker() == "o"]
+    assert [face == "none" for face in faces] == [False, True]
 
 
 def test_mistakes_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

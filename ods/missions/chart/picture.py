@@ -14,7 +14,7 @@ WIDTH, HEIGHT = 4.6, 5.0
 
 
 def chart_figure(points: Sequence[Point]) -> Figure:
-    """Return the chart; bars are Wilson's 95 % intervals."""
+    """Return the chart; bars are Wilson's 95 % intervals, points by images are hollow."""
     speeds = list(dict.fromkeys(each.speed_m_s for each in points))
     kinds = list(dict.fromkeys(each.varies for each in points))
     figure = Figure(figsize=(WIDTH * len(speeds) + 0.6, HEIGHT), dpi=110, layout="constrained")
@@ -23,7 +23,8 @@ def chart_figure(points: Sequence[Point]) -> Figure:
         own = [each for each in points if each.speed_m_s == speed]
         for kind in kinds:
             _draw([each for each in own if each.varies == kind], axes, SERIES[kinds.index(kind) % len(SERIES)])
-        dress(axes, f"vehicle at {speed:g} m/s, {own[0].collision.of} missions a point",
+        of = [f"{point.collision.of} missions by {point.fidelity}" for point in own]
+        dress(axes, f"vehicle at {speed:g} m/s, a point {' or '.join(dict.fromkeys(of))}",
               "CPU time a ping, pipeline and tracker, ms", "collisions per 100 missions")  # fmt: skip
     for axes in panels[1:]:
         axes.set_ylabel("")
@@ -32,7 +33,7 @@ def chart_figure(points: Sequence[Point]) -> Figure:
     for axes, speed in zip(panels, speeds, strict=True):
         label_points(figure, axes, [
             (each.name, each.ms, 100.0 * each.collision.share, SERIES[kinds.index(each.varies) % len(SERIES)])
-            for each in points if each.speed_m_s == speed
+            for each in points if each.speed_m_s == speed and each.fidelity == "detections"
         ])  # fmt: skip
     return figure
 
@@ -42,4 +43,5 @@ def _draw(points: Sequence[Point], axes: Axes, colour: str) -> None:
         rate = each.collision
         middle = 100.0 * rate.share
         down, up = max(0.0, middle - 100.0 * rate.low), max(0.0, 100.0 * rate.high - middle)
-        axes.errorbar(each.ms, middle, yerr=[[down], [up]], fmt="o", color=colour, ms=5, lw=1.2, capsize=3)
+        face = "none" if each.fidelity == "images" else colour
+        axes.errorbar(each.ms, middle, yerr=[[down], [up]], fmt="o", color=colour, mfc=face, ms=5, lw=1.2, capsize=3)
