@@ -162,18 +162,6 @@ static double ratio_of(const Objects *objects, int64_t i, const Echoes *echoes, 
     return log(larger(IMPOSSIBLE, chance)) + larger(LEAST_RADIUS_RATIO, alike - log(echoes->of_radius[j]));
 }
 
-/* Fills in scores of pairs: see `gating.scored`. */
-KERNEL(gating_score, "i8[p] objects, f8[p] llr, f8[n] visibility, float detection_probability, out f8[p] score")
-{
-    const int64_t *objects = ARRAY(const int64_t, 0);
-    const double *llr = ARRAY(const double, 1), *visibility = ARRAY(const double, 2);
-    double *score = ARRAY(double, 4);
-    for (int64_t k = 0; k < SIZE(0, 0); k++) {
-        const bool known = objects[k] >= 0 && objects[k] < SIZE(2, 0);
-        score[k] = known ? llr[k] + score_over_llr(visibility[objects[k]], FLOAT(3)) : -INFINITY;
-    }
-}
-
 /* Fills in the pairs of objects that are not `left_out` and echoes inside their gates, as far as there is room; returns
    how many there are. `order`: of the echoes by range. */
 KERNEL_INT(
