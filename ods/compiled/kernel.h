@@ -87,6 +87,10 @@ typedef struct {
 #define LONG_KERNEL_INT(name, signature) ODS_KERNEL(name, signature, 'i', integer, int64_t, 1)
 #define LONG_KERNEL_FLOAT(name, signature) ODS_KERNEL(name, signature, 'f', number, double, 1)
 
+#define PI 3.14159265358979323846
+/* Keeps quotients and logarithms finite. */
+#define NOT_ZERO 1e-300
+
 /* Returns memory for `count` elements until the kernel returns; not cleared. Aligned to 64 bytes. */
 #define SCRATCH(TYPE, count) ((TYPE *)ods_scratch((size_t)(count) * sizeof(TYPE)))
 /* The same, all zero. */

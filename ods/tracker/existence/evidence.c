@@ -43,8 +43,6 @@
 /* Share of the tracks with one echo that each scan of their place ends, as errors of association; with more echoes
    there are fewer of these. */
 #define YOUNG 0.045
-/* Keeps quotients finite. */
-#define SMALLEST 1e-300
 /* A miss is never more certain than this. */
 #define LEAST_MISSED 1e-3
 /* Largest log-likelihood ratio of one echo; e^30 leaves nothing of any doubt. */
@@ -57,10 +55,10 @@ typedef struct {
     double onset_for, onset_against, onset_enough, odds_factor;
     double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
     double motion_for;
-    double calm_share, new_share, many, share_tracks, most_share, share_memory, echo_memory, whole_scans;
+    double calm_share, new_share, many, share_tracks, most_share, share_memory, echo_memory;
 } Model;
 
-#define MODEL "f8[33] model"
+#define MODEL "f8[32] model"
 
 /* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended; the last scans, and their echoes
    that no confirmed track explains. */
@@ -275,14 +273,14 @@ KERNEL_INT(count_same_echoes, "f8[12,m] now, f8[12,n] before, int most, float ra
     const EchoRows now = echo_rows(ARRAY(double, 0), SIZE(0, 1)), before = echo_rows(ARRAY(double, 1), SIZE(1, 1));
     const double range_m = FLOAT(3), bearing_rad = FLOAT(4), strength_db = FLOAT(5);
     int64_t count = 0;
-    for (int64_t j = 0; j < smaller_i(SIZE(0, 1), INT(2)); j++)
+    for (int64_t j = 0; j < smaller_i(SIZE(0, 1), INT(2)); j++) {
+        int64_t same = 0;
         for (int64_t k = 0; k < SIZE(1, 1); k++)
-            if (fabs(now.range_m[j] - before.range_m[k]) < range_m
-                && fabs(now.bearing[j] - before.bearing[k]) < bearing_rad
-                && fabs(now.strength[j] - before.strength[k]) < strength_db) {
-                count++;
-                break;
-            }
+            same |= (fabs(now.range_m[j] - before.range_m[k]) < range_m)
+                    & (fabs(now.bearing[j] - before.bearing[k]) < bearing_rad)
+                    & (fabs(now.strength[j] - before.strength[k]) < strength_db);
+        count += same;
+    }
     return count;
 }
 
@@ -356,7 +354,7 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
     State state = predict(state_of(tracks, i), echoes, watched, of->dt, of->rates);
     const HitRates rates = hit_rate_ratio(tracks->hits[i], tracks->scans[i], of->detection_probability, of->crowding,
                                           prior->model);
-    const double weight = tracks->scans[i] < prior->model->whole_scans ? 1.0 : larger(of->weight, 1.0 - at_rest[i]);
+    const double weight = tracks->scans[i] < prior->model->object_scans ? 1.0 : larger(of->weight, 1.0 - at_rest[i]);
     state = update(state, hit, evidence->llr[i], evidence->expected[i], rates, weight);
     state = apply_features(tracks, i, state, of->measured, i, confirmed, prior);
     if (confirmed && share != tracks->clutter_share[i]) {
@@ -388,15 +386,4 @@ KERNEL(existence_update,
                        measured};
     for (int64_t i = 0; i < n; i++)
         update_track(&tracks, i, &evidence, echoes[i], hit[i], confirmed[i], &of, &prior);
-}
-
-/* Fills in the probability that a track's object, if it exists, gives echoes; `returned`: that a silent one does. */
-KERNEL(existence_visibilities, "f8[17,n] tracks, float returned, out f8[n] visibility")
-{
-    const int64_t n = SIZE(0, 1);
-    const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
-    double *found = ARRAY(double, 2);
-    for (int64_t i = 0; i < n; i++)
-        found[i] = (tracks.visible[i] + tracks.silent[i] * FLOAT(1)) /
-                   larger(SMALLEST, tracks.visible[i] + tracks.silent[i]);
 }

@@ -9,9 +9,9 @@ from ods.compiled import native
 from ods.tracker.existence.model import MODEL
 from ods.tracker.measurement.scan import Echoes
 
-CLUTTER_TRACKS, ENDED_TRACKS, SCANS, ECHOES = range(4)
-"""Places in the array: weighted counts of tracks; scans, and their echoes that no confirmed track explains."""
 LENGTH = 4
+CLUTTER_TRACKS, ENDED_TRACKS, SCANS, ECHOES = range(LENGTH)
+"""Places in the array: weighted counts of tracks; scans, and their echoes that no confirmed track explains."""
 ROUNDING = 1e-9
 
 

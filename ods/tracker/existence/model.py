@@ -11,7 +11,7 @@ class ExistenceModel(NamedTuple):
     object_hit_rate: float = 0.85
     """Mean of the beta law of an object's hit rate,"""
     object_scans: float = 8.0
-    """and its weight."""
+    """and its weight; so many scans of a track count whole, though the sonar is at rest (`coherence.py`)."""
     clutter_hit_rate: float = 0.3
     """The same of persistent clutter,"""
     clutter_scans: float = 12.0
@@ -77,9 +77,6 @@ class ExistenceModel(NamedTuple):
 
     echo_memory: float = 0.98
     """The same of scans and their echoes: 7 s."""
-
-    whole_scans: float = 8.0
-    """Scans of a track that count whole, though the sonar is at rest (`coherence.py`)."""
 
 
 EXISTENCE = ExistenceModel()
