@@ -134,7 +134,7 @@ MECHANISMS = {
     "motion": Mechanism((_model(motion_for=0.0),)),
     "hit rate": Mechanism((_model(object_scans=1e9, clutter_scans=1e9, crowded_scans=1e9),)),
     "scans of a sonar at rest": Mechanism((partial(patch.object, coherence, "WEIGHT_AT_REST", 1.0),)),
-    "learned share": Mechanism((_model(calm_share=0.1, new_share=0.0, share_tracks=1e9),)),
+    "learned share": Mechanism((_model(many=1.0, share_tracks=1e9),)),
     "clutter by place and radius": Mechanism((partial(patch.object, Clutter, "density", _even),)),
     "limits of cut-off echoes": Mechanism((partial(patch.object, match, "nothing_twice", lambda echoes, *_: echoes),)),
     "stitching": Mechanism((partial(patch.object, stitching, "stitch", _no_pairs),)),

@@ -52,13 +52,13 @@
 typedef struct {
     double object_hit_rate, object_scans, clutter_hit_rate, clutter_scans, crowded_scans, crowd_a_second, crowd_power;
     double sharp, object_sharp, object_slow, clutter_sharp, clutter_slow;
-    double onset_for, onset_against, onset_enough, odds_factor;
+    double onset_for, onset_enough, odds_factor;
     double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
     double motion_for;
-    double calm_share, new_share, many, share_tracks, most_share, share_memory, echo_memory;
+    double new_share, many, share_tracks, memory;
 } Model;
 
-#define MODEL "f8[32] model"
+#define MODEL "f8[28] model"
 
 /* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended; the last scans, and their echoes
    that no confirmed track explains. */
@@ -99,8 +99,8 @@ static State normalized(double visible, double silent, double nothing, double cl
 
 /* Returns the state `dt` seconds later.
 
-   `watched`: share of the time that the track was in the sonar's view: only there does it fall silent, return, or get
-   lost: a map does not forget what nobody looks at. `echoes`: so far. */
+   `watched`: share of the time that the track was in the sonar's view: only then does it fall silent, return, or get
+   lost. `echoes`: so far. */
 static State predict(State state, int64_t echoes, double watched, double dt, Rates rates)
 {
     const double time = dt * watched;
@@ -174,7 +174,7 @@ static double onset_ratio(double sum, double count, const Prior *prior)
                           log_beta(m->object_sharp, m->object_slow);
     const double clutter = log_beta(m->clutter_sharp + sum, m->clutter_slow + slow) -
                            log_beta(m->clutter_sharp, m->clutter_slow);
-    const double least = count >= m->onset_enough ? -m->onset_against : 0.0;
+    const double least = count >= m->onset_enough ? -INFINITY : 0.0;
     return smaller(m->onset_for, larger(least, object - clutter));
 }
 
@@ -248,9 +248,8 @@ static double echoes_a_scan(const Counts *counts)
 static double clutter_share_of(const Counts *counts, const Model *m)
 {
     const double echoes = square(echoes_a_scan(counts));
-    const double prior = m->calm_share + m->new_share * echoes / (echoes + square(m->many));
-    return smaller(m->most_share, (counts->clutter_tracks + m->share_tracks * prior) /
-                                      (counts->ended_tracks + m->share_tracks));
+    const double prior = m->new_share * (1.0 + echoes) / (square(m->many) + echoes);
+    return (counts->clutter_tracks + m->share_tracks * prior) / (counts->ended_tracks + m->share_tracks);
 }
 
 /* Counts the `is_free` echoes, those that no confirmed track explains, if they measure a strength. */
@@ -259,7 +258,7 @@ KERNEL(clutter_count_echoes, "out " COUNTS ", f8[12,m] echoes, b1[m] free, " MOD
     Counts *counts = ARRAY(Counts, 0);
     const EchoRows echoes = echo_rows(ARRAY(double, 1), SIZE(1, 1));
     const bool *is_free = ARRAY(const bool, 2);
-    const double memory = ARRAY(const Model, 3)->echo_memory;
+    const double memory = ARRAY(const Model, 3)->memory;
     counts->scans = memory * counts->scans + 1.0;
     counts->echoes *= memory;
     for (int64_t j = 0; j < SIZE(1, 1); j++)
@@ -291,7 +290,7 @@ KERNEL(clutter_learn, "out " COUNTS ", f8[17,n] tracks, b1[n] ended, " MODEL)
     const ExistenceTable tracks = existence_rows(ARRAY(double, 1), SIZE(1, 1));
     const bool *ended = ARRAY(const bool, 2);
     const Model *m = ARRAY(const Model, 3);
-    counts->clutter_tracks *= m->share_memory, counts->ended_tracks *= m->share_memory;
+    counts->clutter_tracks *= m->memory, counts->ended_tracks *= m->memory;
     for (int64_t i = 0; i < SIZE(1, 1); i++) {
         if (!ended[i])
             continue;
