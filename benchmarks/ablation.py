@@ -37,6 +37,7 @@ from ods.sim_sonar.by_name import find_sonar
 from ods.tracker import tracker
 from ods.tracker.association import match
 from ods.tracker.association.clutter import RADII, Clutter, ClutterDensity
+from ods.tracker.existence import coherence
 from ods.tracker.existence.model import EXISTENCE, MODEL, ExistenceModel
 from ods.tracker.life import judgement
 from ods.tracker.measurement.scan import Echoes
@@ -132,8 +133,8 @@ MECHANISMS = {
     "leading edge": Mechanism((_model(edge_for=0.0, edge_against=0.0),)),
     "motion": Mechanism((_model(motion_for=0.0),)),
     "hit rate": Mechanism((_model(object_scans=1e9, clutter_scans=1e9, crowded_scans=1e9),)),
-    "scans of a sonar at rest": Mechanism((_model(whole_scans=1e9),)),
-    "learned share": Mechanism((_model(calm_share=0.1, new_share=0.0, share_tracks=1e9),)),
+    "scans of a sonar at rest": Mechanism((partial(patch.object, coherence, "WEIGHT_AT_REST", 1.0),)),
+    "learned share": Mechanism((_model(many=1.0, share_tracks=1e9),)),
     "clutter by place and radius": Mechanism((partial(patch.object, Clutter, "density", _even),)),
     "limits of cut-off echoes": Mechanism((partial(patch.object, match, "nothing_twice", lambda echoes, *_: echoes),)),
     "stitching": Mechanism((partial(patch.object, stitching, "stitch", _no_pairs),)),

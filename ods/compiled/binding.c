@@ -291,6 +291,7 @@ static PyObject *call(PyObject *self, PyObject *const *values, Py_ssize_t count)
     }
     PyThreadState *state = kernel->frees_gil ? PyEval_SaveThread() : NULL;
     const Returned returned = kernel->run(arguments);
+    clear_upper_halves();
     free_scratch();
     if (state != NULL)
         PyEval_RestoreThread(state);

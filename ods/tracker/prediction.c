@@ -1,7 +1,8 @@
 /* What of the live objects has been silent for long: it is not looked for behind others, and takes no single echo. */
 
-#include "ods/tracker/measurement/model.h"
+#include "ods/tracker/existence/evidence.h"
 #include "ods/tracker/existence/lifecycle.h"
+#include "ods/tracker/measurement/model.h"
 #include "ods/tracker/track/tracks.h"
 
 /* A silent object whose place is less certain than this, m, is vague. */
@@ -39,23 +40,30 @@ static bool is_occluded(PredictedMeasurement predicted, int64_t i, Fronts fronts
     return false;
 }
 
-/* Sets which objects are confirmed, and which of those are vague; those silent behind an active one are not watched. */
+/* Sets which objects are confirmed, and which of those are vague; those silent behind an active one are not watched.
+   `visibility`: that an object, if it exists, is in view, `probability`, and gives echoes, as silent ones do that have
+   `returned`. */
 KERNEL(judge_silent,
-       "i8[8,n] history, f8[8,n] predicted, f8[n] radius, int t_ns, out b1[2,n] flags, out f8[n] watched")
+       "i8[8,n] history, f8[17,n] existence, f8[8,n] predicted, f8[n] radius, f8[n] probability, int t_ns, float returned, "
+       "out b1[2,n] flags, out f8[n] watched, out f8[n] visibility")
 {
-    const int64_t n = SIZE(0, 1);
+    const int64_t n = SIZE(0, 1), t_ns = INT(5);
+    const ExistenceTable tracks = existence_rows(ARRAY(double, 1), n);
     const History history = history_rows(ARRAY(int64_t, 0), n);
-    const PredictedMeasurement predicted = predicted_rows(ARRAY(double, 1), n);
-    bool *reported = ARRAY(bool, 4), *vague = reported + n;
-    double *watched = ARRAY(double, 5);
+    const PredictedMeasurement predicted = predicted_rows(ARRAY(double, 2), n);
+    const double *radius = ARRAY(const double, 3), *probability = ARRAY(const double, 4), returned = FLOAT(6);
+    bool *reported = ARRAY(bool, 7), *vague = reported + n;
+    double *watched = ARRAY(double, 8), *visibility = ARRAY(double, 9);
     Fronts fronts = {.count = -1};
     for (int64_t i = 0; i < n; i++) {
         reported[i] = history.state[i] != TENTATIVE;
-        const bool silent = reported[i] && INT(3) - history.last[i] > UNSEEN_NS;
+        const bool silent = reported[i] && t_ns - history.last[i] > UNSEEN_NS;
         vague[i] = silent && larger(predicted.along[i], predicted.across[i]) > square(VAGUE_M);
         if (silent && fronts.count < 0)
-            fronts = fronts_of(predicted, ARRAY(double, 2), history.state, n);
+            fronts = fronts_of(predicted, radius, history.state, n);
         if (silent && is_occluded(predicted, i, fronts))
             watched[i] = 0.0;
+        const double exists = larger(tracks.visible[i] + tracks.silent[i], NOT_ZERO);
+        visibility[i] = (tracks.visible[i] + tracks.silent[i] * returned) / exists * probability[i];
     }
 }

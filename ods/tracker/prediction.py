@@ -64,9 +64,9 @@ def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: Tracker
         look_elsewhere(seen, measurement, scan.fan_turn, scan.not_swept)
     history, existence = tracks.known
     reported, vague = flags = np.empty((2, len(radius)), np.bool_)
-    native.judge_silent(history, measurement.table, radius, scan.t_ns, flags, seen.watched)
     visibility, returned = np.empty(len(radius)), -math.expm1(-settings.echo.return_rate * tracks.unjudged_s)
-    native.existence_visibilities(existence, returned, visibility)
+    known = history, existence, measurement.table, radius, seen.probability
+    native.judge_silent(known, scan.t_ns, returned, flags, seen.watched, visibility)
     return ScanPrediction(
         vehicle=vehicle,
         fan=fan,
@@ -75,7 +75,7 @@ def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: Tracker
         by_hypothesis=by_hypothesis,
         measurement=measurement,
         field_of_view=seen,
-        visibility=visibility * seen.probability,
+        visibility=visibility,
         reported=reported,
         vague=vague,
     )

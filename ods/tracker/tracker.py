@@ -28,8 +28,8 @@ FIRST_SCANS = 2
 """Number of scans after the start in which all objects are new: one may be missed in the very first."""
 BIRTHS_PERIOD_S = 0.15
 """Time since the scan before for which `births_per_scan` holds."""
-LEAST_BIRTHS, MOST_BIRTHS = 0.01, 1.0
-"""Least of these that count, as two scans of one instant may bring new objects, too; and most new objects a scan."""
+MOST_BIRTHS = 1.0
+"""Most new objects a scan."""
 
 
 class Tracker:
@@ -120,7 +120,8 @@ class Tracker:
         echo = self.settings.echo
         if self._scans <= FIRST_SCANS:
             return echo.births_at_start
-        return min(echo.births_per_scan * max(since_s / BIRTHS_PERIOD_S, LEAST_BIRTHS), MOST_BIRTHS)
+        # two scans of one instant are of different sonars, or of different planes
+        return min(echo.births_per_scan * (since_s or BIRTHS_PERIOD_S) / BIRTHS_PERIOD_S, MOST_BIRTHS)
 
     def begin_again(self) -> Snapshot:
         """Drop all live objects, as they are not at their reported positions; return the confirmed ones that are gone.

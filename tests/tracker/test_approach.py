@@ -9,12 +9,11 @@ from hypothesis import given, strategies as st
 from ods.base.arrays import Floats
 from ods.messages import ClosestApproach, Obstacle
 from ods.tracker.existence import lifecycle
-from ods.tracker.observer import axis_kalman
-from ods.tracker.observer.axis_kalman import AxisState
 from ods.tracker.output.closest_approach import Course, closest_approach
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import BottomSettings, MotionSettings, PlannerSettings
+from tests.tracker import axis
 
 STILL = MotionSettings(acceleration_noise=0.0, static_noise=0.0)
 HORIZON_S = 300.0
@@ -142,12 +141,13 @@ def test_a_prediction_is_never_surer_than_the_filter(
     slope: float, variance: float, residual: float, noise: float, dt: float
 ) -> None:
     now = objects([[0.0, 0.0, 0.0]], [[1.0, 1.0, 1.0]])
-    speed_sigma = np.full((3, 1), axis_kalman.velocity_variance(variance, slope, residual) ** 0.5)
+    state = axis.axis(0.0, 1.0, variance, slope, residual)
+    speed_sigma = np.full((3, 1), state.velocity_variance() ** 0.5)
     now = replace(now, sigma_position=np.full((3, 1), variance**0.5), sigma_velocity=speed_sigma)
-    place, _, grown, _, _ = axis_kalman.predict(AxisState(0.0, 1.0, variance, slope, residual), dt, noise)
+    filtered = axis.predict(state, dt, noise)
     later = now.extrapolated(dt, MotionSettings(acceleration_noise=noise))
-    assert (later.sigma_position[:, 0] >= np.sqrt(grown) * (1.0 - 1e-9)).all()
-    np.testing.assert_allclose(later.position[:, 0], place, atol=1e-9)
+    assert (later.sigma_position[:, 0] >= np.sqrt(filtered.variance) * (1.0 - 1e-9)).all()
+    np.testing.assert_allclose(later.position[:, 0], filtered.position[0], atol=1e-9)
 
 
 def test_the_list_tells_approach_and_predictions() -> None:

@@ -12,7 +12,7 @@ from ods.base.arrays import Floats, Indices
 from ods.base.frames.geometry import quat_from_euler
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import ClutterDensity
-from ods.tracker.association.gating import Detectability, Hypotheses, hypotheses, scored
+from ods.tracker.association.gating import Detectability, Hypotheses, hypotheses
 from ods.tracker.association.gnn import best_pairs
 from ods.tracker.association.match import shown
 from ods.tracker.measurement.field_of_view import FieldOfView
@@ -136,9 +136,13 @@ def test_nothing_to_associate() -> None:
 
 def test_an_echo_of_a_silent_object_needs_more_proof() -> None:
     """Two objects fit an echo alike; the one that has been silent, seen with probability 0.01, stays without."""
-    chance = Detectability(np.array([0.01, 1.0]), 0.9)
-    found = scored(np.array([0, 1]), np.array([0, 0]), np.array([2.0, 2.0]), chance)
-    np.testing.assert_allclose(found.score, [2.0 + math.log(0.01 / (1 - 0.009)), 2.0 - math.log(0.1)])
+    assert VEHICLE is not None
+    believed = belief(np.array([[[50.0, 0.0]] * 2]), np.ones((1, 2, 2)), np.ones((1, 2)), np.ones(2))
+    predicted = predicted_measurement(believed.position, believed.variance, believed.covariance_ne, VEHICLE)
+    clutter, chance = ClutterDensity(*np.full((3, 1), 1e-3)), Detectability(np.array([0.01, 1.0]), 0.9)
+    found = hypotheses(predicted, believed, echoes([(50.0, 0.0, 1.0)]), clutter, chance, SETTINGS.gate_sigmas)
+    assert found.llr[0] == found.llr[1]
+    np.testing.assert_allclose(found.score - found.llr, [math.log(0.01 / (1 - 0.009)), -math.log(0.1)])
     assert best_pairs(found, np.ones(2, bool), 1).objects.tolist() == [1]
 
 

@@ -16,7 +16,6 @@ from ods.tracker.measurement.field_of_view import coverage_of, field_of_view
 from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.scan import Echoes, Scan, echoes_of, vehicle_at
 from ods.tracker.named import Named
-from ods.tracker.observer.axis_kalman import update_constant
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
@@ -109,9 +108,10 @@ def test_a_hundred_cut_echoes_tell_as_much_as_one() -> None:
 def test_a_part_larger_than_the_body_was_thought_to_be_is_believed_and_whole_echoes_stay_as_they_are() -> None:
     known, before, variance = predictions(0.1, 0.1).table, 1.0, 4.0
     rows = nothing_twice(cut_echo(2.0), known, np.full(1, before), np.full(1, variance)).rows
-    after, left = update_constant(before, variance, rows.radius[0], rows.sigma_radius[0] ** 2)
+    gain = variance / (variance + rows.sigma_radius[0] ** 2)
+    after = before + gain * (rows.radius[0] - before)
     assert after == pytest.approx(before + variance / (variance + HIDDEN_M**2), rel=1e-3)  # as by the echo alone
-    assert left == pytest.approx(variance, rel=1e-3)
+    assert (1.0 - gain) * variance == pytest.approx(variance, rel=1e-3)
     whole = echoes_of(np.array([[39.0, 0.7, 0.0, 0.5, 1.0, 0.1, 0.3, 20.0, 0.0]]))[0]
     np.testing.assert_array_equal(nothing_twice(whole, known, np.ones(1), np.ones(1)).table, whole.table)
 

@@ -8,8 +8,7 @@ from hypothesis import given, strategies as st
 from scipy.special import betaln
 from scipy.stats import betabinom, norm
 
-from ods.base.arrays import Floats
-from ods.tracker.existence import ipda
+from ods.compiled import native
 from ods.tracker.existence.evidence import (
     CLUTTER_TRACKS,
     ECHOES,
@@ -18,92 +17,102 @@ from ods.tracker.existence.evidence import (
     ClutterStatistics,
     ExistenceTable,
 )
-from ods.tracker.existence.ipda import LEADING_EDGE, MOTION, ONSET, ExistenceState, HitRates, Rates
-from ods.tracker.existence.model import EXISTENCE
+from ods.tracker.existence.lifecycle import ACTIVE, TENTATIVE
+from ods.tracker.existence.model import EXISTENCE, MODEL
 from ods.tracker.measurement.scan import LARGEST_PATCH_M, Echoes, echoes_of
-from ods.tracker.settings import EchoSettings, TrackerSettings
+from ods.tracker.settings import EchoSettings, LifeSettings, TrackerSettings
 from ods.tracker.state import TrackerState
+from ods.tracker.track.tracks import History
 from ods.tracker.tracker import Tracker
+from tests.tracker.judged import EVEN, states_after, table, take_scan
 from tests.tracker.samples import RATE_HZ, scan
 from tests.tracker.spots import told_after
 
 M, ECHO = EXISTENCE, EchoSettings()
 
 
-def knowing(values: dict[int, float]) -> ClutterStatistics:
-    """Return statistics with these numbers at these places of the array."""
-    clutter = ClutterStatistics()
-    clutter.values[list(values)] = list(values.values())
-    return clutter
-
-
 @given(st.integers(0, 100_000), st.floats(0.0, 1e6))
 def test_existence_stays_a_probability(seed: int, dt: float) -> None:
-    rng, rates = np.random.default_rng(seed), Rates(ECHO.silence_rate, ECHO.return_rate, ECHO.loss_rate)
-    for probabilities in rng.dirichlet(np.ones(4), 50).tolist():
-        start = ExistenceState(*probabilities)
-        later = ipda.predict(start, int(rng.integers(1, 1000)), rng.random(), dt, rates)
-        often = ipda.hit_rate_ratio(np.floor(50.0 * rng.random()), 50.0 + 10.0 * rng.random(), 0.9, rng.random())
-        updated = ipda.update(later, bool(rng.random() < 0.5), rng.normal(0.0, 50.0), 0.99 * rng.random(), often)
-        judged = ipda.apply_likelihood_ratio(updated, rng.normal(0.0, 5.0))
-        for state in (later, updated, judged):
-            assert sum(state) == pytest.approx(1.0)
-            assert min(state) >= 0.0
-        assert later.nothing >= start.nothing - 1e-12  # time alone gives no life
+    rng, n = np.random.default_rng(seed), 50
+    tracks = table(n, clutter_share=0.5)
+    tracks[:4] = rng.dirichlet(np.ones(4), n).T
+    scans = 60.0 * rng.random(n)
+    named = ExistenceTable(*tracks)
+    named.scans[:], named.hits[:] = scans, scans * rng.random(n)
+    before = named.nothing.copy()
+    watched = rng.random(n)
+    take_scan(tracks, False, {"watched": watched}, dt=dt, echoes=int(rng.integers(1, 1000)))
+    assert (named.nothing >= before - 1e-12).all()  # time alone gives no life
+    of_echo = {"onset": 2.0 * rng.random(n), "leading_edge": rng.random(n), "llr": rng.normal(0.0, 50.0, n)}
+    told = {"watched": watched, "expected": 0.9 * watched, **of_echo}
+    take_scan(tracks, rng.random(n) < 0.5, told, at_rest=rng.random())
+    np.testing.assert_allclose(tracks[:4].sum(axis=0), 1.0)
+    assert (tracks[:4] >= 0.0).all()
 
 
 def test_bayes_by_hand() -> None:
-    """Prior 0.2 visible, 0.3 silent, 0.4 nothing, 0.1 clutter; an object has an echo in 0.9 of the scans, clutter in
-    0.45.
-
-    An echo 9 times as likely from the object, at its setting of 0.9: (0.1 + 9) 0.2 : 0.3 : 0.4 : (0.55 + 4.5) 0.1. To
-    the silent object the echo is a false alarm: it is no proof against it.
+    """Prior 0.2 visible, 0.3 silent, 0.4 nothing, 0.1 clutter; 3 of 4 scans had an echo, and an echo is 9 times as
+    likely from the object at its setting of 0.9. To the silent object an echo is a false alarm: no proof against it.
     """
-    start, often = ExistenceState(0.2, 0.3, 0.4, 0.1), HitRates(1.0, 0.5)
-    hit = ipda.update(start, True, math.log(9.0), 0.9, often)
-    np.testing.assert_allclose(hit, np.array([1.82, 0.3, 0.4, 0.505]) / 3.025)
-    missed = ipda.update(start, False, 0.0, 0.9, often)
-    np.testing.assert_allclose(missed, np.array([0.02, 0.3, 0.4, 0.055]) / 0.775)
+    told = {"llr": math.log(9.0), "watched": 1.0, "expected": ECHO.detection_probability}
+    b = (3.0 + M.object_scans * M.object_hit_rate) / (4.0 + M.object_scans)
+    s = (3.0 + M.clutter_scans * M.clutter_hit_rate) / (4.0 + M.clutter_scans)
+    for hit, of_object, of_clutter in ((True, 1.0 - b + 10.0 * b, 1.0 - s + 10.0 * s), (False, 1.0 - b, 1.0 - s)):
+        tracks = table(visible=0.2, silent=0.3, nothing=0.4, clutter=0.1, hits=3.0, scans=4.0)
+        take_scan(tracks, hit, told)
+        expected = np.array([0.2 * of_object, 0.3, 0.4, 0.1 * of_clutter])
+        np.testing.assert_allclose(tracks[:4, 0], expected / expected.sum())
 
 
 @pytest.mark.parametrize(("hits", "scans"), [(0, 3), (3, 3), (20, 40), (36, 40), (150, 200)])
-@pytest.mark.parametrize("crowding", [0.0, 1.0])
-def test_many_scans_prove_what_the_beta_binomial_law_says(hits: int, scans: int, crowding: float) -> None:
+@pytest.mark.parametrize("crowded", [False, True])
+def test_many_scans_prove_what_the_beta_binomial_law_says(hits: int, scans: int, crowded: bool) -> None:
     """An object over clutter, whatever the order of hits and misses."""
-    order = np.random.default_rng(1).permutation(np.arange(scans) < hits)
-    state, seen, probability = ExistenceState(0.5, 0.0, 0.0, 0.5), 0.0, 0.9
-    for k, hit in enumerate(order.tolist()):
-        rates = ipda.hit_rate_ratio(seen, float(k), probability, crowding)
-        # 1e6 times as likely as a false alarm, which then is no other explanation
-        state = ipda.update(state, hit, math.log(1e6), probability, rates)
-        seen += float(hit)
+    tracks, counts = table(visible=0.5, clutter=0.5), np.zeros(LENGTH)
+    counts[ECHOES] = 1e6 if crowded else 0.0
+    for hit in np.random.default_rng(1).permutation(np.arange(scans) < hits).tolist():
+        # 1e6 times as likely as a false alarm, which then is no other explanation; so soon that nothing else happens
+        told = {"llr": math.log(1e6), "watched": 1.0, "expected": ECHO.detection_probability}
+        judged = take_scan(tracks, hit, told, dt=1e-9, counts=counts)
 
     def log_law(share: float, weight: float) -> float:
         a, b = weight * share, weight * (1.0 - share)
         return float(betaln(a + hits, b + scans - hits) - betaln(a, b))
 
-    of_clutter = log_law(M.clutter_hit_rate, M.crowded_scans if crowding else M.clutter_scans)
+    of_clutter = log_law(M.clutter_hit_rate, M.crowded_scans if crowded else M.clutter_scans)
     expected = log_law(M.object_hit_rate, M.object_scans) - of_clutter
-    assert np.log(state.visible / state.clutter) == pytest.approx(expected, abs=1e-3)
+    assert np.log(judged.visible / judged.clutter)[0] == pytest.approx(expected, abs=1e-3)
 
 
 def test_clutter_is_crowded_by_its_echoes_a_second() -> None:
-    def crowding(echoes: float, dt: float) -> float:
-        return knowing({ECHOES: echoes}).crowding(dt)
+    def proof(echoes: float, dt: float) -> float:
+        """Return what a third echo in a row proves."""
+        counts, tracks = np.zeros(LENGTH), table(visible=0.5, clutter=0.5, hits=2.0, scans=2.0)
+        counts[ECHOES] = echoes
+        judged = take_scan(tracks, True, {"llr": 20.0, "watched": 1.0, "expected": 0.9}, dt=dt, counts=counts)
+        return float(np.log(judged.visible / judged.clutter)[0])
 
-    assert crowding(0.1 * M.crowd_a_second, 0.1) == pytest.approx(0.5)
-    assert crowding(10.0, 0.15) < 0.001, "a coarse sonar over rocks"
-    assert crowding(40.0, 0.15) > 0.9, "three planes over ripples"
-    assert crowding(0.0, 0.15) == crowding(10.0, 0.0) == 0.0, "nothing is known yet"
+    alone, crowded = proof(0.0, 0.15), proof(1e6, 0.15)
+    assert proof(10.0, 0.15) == pytest.approx(alone, abs=1e-3), "a coarse sonar over rocks"
+    assert proof(40.0, 0.15) == pytest.approx(crowded, rel=0.1), "three planes over ripples"
+    assert crowded < alone - 0.05
+
+
+def judged_by(measured: str, echoes: list[float]) -> ExistenceTable:
+    """Return a track after these echoes, of which one thing is measured."""
+    tracks = table(visible=0.5, clutter=0.5)
+    for echo in echoes:
+        take_scan(tracks, True, {measured: echo})
+    return ExistenceTable(*tracks)
 
 
 @pytest.mark.parametrize(("sharp", "echoes"), [(0, 1), (1, 1), (2, 5), (9, 12), (0, 3), (1, 8), (0, 40)])
 def test_the_onsets_ratio_is_of_two_beta_binomial_laws(sharp: int, echoes: int) -> None:
     of_object = betabinom(echoes, M.object_sharp, M.object_slow).logpmf(sharp)
     of_clutter = betabinom(echoes, M.clutter_sharp, M.clutter_slow).logpmf(sharp)
-    least = -M.onset_against if echoes >= M.onset_enough else 0.0
+    least = -np.inf if echoes >= M.onset_enough else 0.0
     onsets = [0.9 * M.sharp] * sharp + [1.1 * M.sharp] * (echoes - sharp)
-    found = ipda.log_ratio(ONSET, onsets)
+    found = judged_by("onset", onsets).onset_ratio[0]
     assert found == pytest.approx(np.clip(of_object - of_clutter, least, M.onset_for), abs=1e-6)
 
 
@@ -112,8 +121,7 @@ def test_the_leading_edges_ratio_is_of_two_normal_laws(mean: float, echoes: int)
     counted = sum(M.edge_fade**k for k in range(echoes))
     sigma = np.sqrt(M.edge_variance * (1.0 + M.edge_few / counted))
     expected = norm(M.object_edge, sigma).logpdf(mean) - norm(M.clutter_edge, sigma).logpdf(mean)
-    edges = [1.0 / (1.0 + math.exp(-mean))] * echoes
-    found = ipda.log_ratio(LEADING_EDGE, edges)
+    found = judged_by("leading_edge", [1.0 / (1.0 + math.exp(-mean))] * echoes).edge_ratio[0]
     assert found == pytest.approx(np.clip(expected, -M.edge_against, M.edge_for), abs=1e-6)
 
 
@@ -128,11 +136,6 @@ def count(clutter: ClutterStatistics, strengths: list[float]) -> None:
     clutter.count(echoes(strengths), np.ones(len(strengths), bool))
 
 
-def test_a_feature_without_echoes_is_no_evidence() -> None:
-    for feature in (ONSET, LEADING_EDGE, MOTION):
-        assert ipda.log_ratio(feature, []) == pytest.approx(0.0, abs=1e-12)
-
-
 def test_echoes_of_confirmed_tracks_or_without_a_strength_do_not_count() -> None:
     one, other = ClutterStatistics(), ClutterStatistics()
     one.count(echoes([14.0, 16.0, 0.0]), np.array([True, False, True]))
@@ -141,38 +144,40 @@ def test_echoes_of_confirmed_tracks_or_without_a_strength_do_not_count() -> None
     assert other.values[ECHOES] == 1.0
 
 
-def table(**rows: float) -> Floats:
-    """Return a table of two tracks with these rows."""
-    values = [rows.get(name, 0.0) for name in ExistenceTable._fields]
-    return np.repeat(np.array(values)[:, None], 2, axis=1)
+def share_of(clutter: ClutterStatistics) -> float:
+    """Return the share of clutter by which a new track is judged."""
+    tracks, one = table(), np.ones(1)
+    native.existence_begin(tracks, 0, 0.03, (one, 0.0 * one, 0.0 * one), clutter.values, MODEL)
+    return float(ExistenceTable(*tracks).clutter_share[0])
 
 
 def test_tracks_that_end_teach_what_clutter_is_like() -> None:
     """Of two tracks one ended, as clutter by 0.6 and as nothing by 0.3; then a scan in which nothing ends."""
     clutter = ClutterStatistics()
-    tracks = table(visible=0.1, clutter=0.6, nothing=0.3)
-    assert clutter.clutter_share == pytest.approx(M.calm_share)
+    tracks = table(2, visible=0.1, clutter=0.6, nothing=0.3)
+    calm = M.new_share / M.many**2
+    assert share_of(clutter) == pytest.approx(calm)
     clutter.learn(tracks, np.array([True, False]))
     clutter.learn(tracks, np.zeros(2, bool))
     learned = clutter.values[[CLUTTER_TRACKS, ENDED_TRACKS]]
-    np.testing.assert_allclose(learned, M.share_memory * np.array([0.6, 0.9]))
-    share = (learned[0] + M.share_tracks * M.calm_share) / (learned[1] + M.share_tracks)
-    assert clutter.clutter_share == pytest.approx(share)
+    np.testing.assert_allclose(learned, M.memory * np.array([0.6, 0.9]))
+    share = (learned[0] + M.share_tracks * calm) / (learned[1] + M.share_tracks)
+    assert share_of(clutter) == pytest.approx(share)
     clutter.values[[CLUTTER_TRACKS, ENDED_TRACKS]] = 1e6
-    assert clutter.clutter_share == M.most_share
+    assert 0.99 < share_of(clutter) < 1.0
 
 
 def test_the_share_of_clutter_rises_with_echoes_that_measure_a_strength() -> None:
     clutter = ClutterStatistics()
     for _ in range(3):
         count(clutter, [14.0, 16.0, 19.0])
-    assert clutter.clutter_share == pytest.approx(M.calm_share + M.new_share * 9.0 / (9.0 + M.many**2))
+    assert share_of(clutter) == pytest.approx(M.new_share * (1.0 + 9.0) / (M.many**2 + 9.0))
 
 
 def test_the_next_one_goes_on_with_the_same_statistics_and_refuses_nonsense() -> None:
     one, other = ClutterStatistics(), ClutterStatistics()
     count(one, [14.0, 19.0])
-    one.learn(table(clutter=0.9, nothing=0.1), np.ones(2, bool))
+    one.learn(table(2, clutter=0.9, nothing=0.1), np.ones(2, bool))
     other.load(one.save())
     np.testing.assert_array_equal(one.values, other.values)
     for place, value in ((ENDED_TRACKS, np.nan), (CLUTTER_TRACKS, -1.0), (CLUTTER_TRACKS, 9.0), (ECHOES, np.inf)):
@@ -185,17 +190,21 @@ def test_the_next_one_goes_on_with_the_same_statistics_and_refuses_nonsense() ->
 
 
 def test_a_new_track_needs_higher_odds_where_onsets_are_measured() -> None:
-    tracks = table(visible=0.97, silent=0.02, nothing=0.006, clutter=0.004)
-    assert ipda.confirmation_probability(tracks, 0) == pytest.approx(0.99)
-    found = ipda.confirmation_probability(table(visible=0.97, silent=0.02, nothing=0.01, onsets=3.0), 0)
-    assert found / (1.0 - found) == pytest.approx(99.0 / M.odds_factor)
+    """Odds of 200, where those of `confirm_existence`, 99, are enough, and of 200 and 400 where it takes 3.3 times."""
+    history = np.zeros((len(History._fields), 1), np.int64)
+    history[History._fields.index("echoes")] = LifeSettings().confirm_echoes
+    hit, at, wide = np.ones(1, bool), np.zeros((3, 1)), np.ones((3, 1))
+    for odds, onsets, state in ((200.0, 0.0, ACTIVE), (200.0, 3.0, TENTATIVE), (400.0, 3.0, ACTIVE)):
+        tracks = table(visible=odds / (odds + 1.0), clutter=1.0 / (odds + 1.0), onsets=onsets)
+        place = at, wide, at, np.ones(1), np.ones(1)
+        assert states_after(history, tracks, (hit, hit, ~hit), place, 0).tolist() == [state]
 
 
 def test_motion_is_for_an_object_and_never_against_one() -> None:
     """A ratio of the odds of rest before and now, up to a limit."""
-    assert ipda.log_ratio(MOTION, [0.1]) == pytest.approx(math.log(0.5 / 0.1))
-    assert ipda.log_ratio(MOTION, [1e-9]) == M.motion_for
-    assert ipda.log_ratio(MOTION, [0.1, 0.9]) == 0.0
+    for at_rest, ratio in ((0.1, math.log(EVEN / 0.1)), (1e-9, M.motion_for), (0.9, 0.0)):
+        judged = take_scan(table(visible=0.5, clutter=0.5), True, {}, at_rest=at_rest)
+        assert judged.motion_ratio[0] == pytest.approx(ratio)
 
 
 def told(onset: float) -> float:

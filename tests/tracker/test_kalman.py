@@ -1,48 +1,35 @@
 """The closed-form Kalman filters against full matrices in extended precision, and against closed forms."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from hypothesis import given, settings, strategies as st
 from numpy.typing import NDArray
 
 from benchmarks.covariance_forms import ACCELERATION_NOISE, Factors
-from ods.compiled import native
-from ods.tracker.observer import axis_kalman
-from ods.tracker.observer.axis_kalman import AxisState
+from tests.tracker import axis
 
 Long = NDArray[np.longdouble]
 
 
-@dataclass
 class Axis:
-    """One axis for the filter under test."""
+    """One object of the filter under test."""
 
-    position: float = 0.0
-    variance: float = 1.0
-    residual: float = 1.0
-    velocity: float = 0.0
-    slope: float = 0.0
+    def __init__(self, position: float = 0.0, variance: float = 1.0, residual: float = 1.0) -> None:
+        self.state = axis.axis(position, 0.0, variance, 0.0, residual)
 
     def predict(self, dt: float, noise: float) -> None:
-        self._take(axis_kalman.predict(self._state(), dt, noise))
+        self.state = axis.predict(self.state, dt, noise)
 
     def update(self, measured: float, noise_variance: float) -> None:
-        self._take(axis_kalman.update(self._state(), measured, noise_variance))
+        self.state = axis.update(self.state, np.array([measured]), np.array([noise_variance]))
 
-    def _state(self) -> AxisState:
-        return AxisState(self.position, self.velocity, self.variance, self.slope, self.residual)
-
-    def _take(self, state: AxisState) -> None:
-        self.position, self.velocity, self.variance, self.slope, self.residual = state
+    def place(self) -> tuple[float, float]:
+        """Return position and velocity."""
+        return float(self.state.position[0]), float(self.state.velocity[0])
 
     def covariance(self) -> tuple[float, float, float]:
         """Return var(position), cov, var(velocity)."""
-        return (
-            self.variance,
-            self.slope * self.variance,
-            axis_kalman.velocity_variance(self.variance, self.slope, self.residual),
-        )
+        s = self.state
+        return float(s.variance[0]), float((s.slope * s.variance)[0]), float(s.velocity_variance()[0])
 
 
 class MatrixFilter:
@@ -91,8 +78,7 @@ def test_the_closed_form_equals_the_matrix_form(
     np.testing.assert_allclose(pp, float(textbook.p[0, 0]), rtol=1e-9)
     np.testing.assert_allclose(vv, float(textbook.p[1, 1]), rtol=1e-9)
     np.testing.assert_allclose(pv, float(textbook.p[0, 1]), rtol=1e-9, atol=1e-9 * scale[0] * scale[1])
-    np.testing.assert_allclose(mine.position, float(textbook.x[0]), rtol=1e-9, atol=1e-7)
-    np.testing.assert_allclose(mine.velocity, float(textbook.x[1]), rtol=1e-9, atol=1e-7)
+    np.testing.assert_allclose(mine.place(), textbook.x.astype(float), rtol=1e-9, atol=1e-7)
 
 
 def test_without_process_noise_the_result_is_the_fitted_line() -> None:
@@ -108,15 +94,15 @@ def test_without_process_noise_the_result_is_the_fitted_line() -> None:
     (place, speed), *_ = np.linalg.lstsq(design, z, rcond=None)
     covariance = 0.25 * np.linalg.inv(design.T @ design)
     pp, pv, vv = line.covariance()
-    np.testing.assert_allclose([line.position, line.velocity], [place, speed], rtol=1e-6)
+    np.testing.assert_allclose(line.place(), [place, speed], rtol=1e-6)
     np.testing.assert_allclose([pp, pv, vv], covariance[[0, 0, 1], [0, 1, 1]], rtol=1e-6)
 
 
 def test_a_constant_is_averaged() -> None:
-    value, variance = 5.0, 4.0
+    constant = Axis(5.0, 4.0, residual=0.0)
     for _ in range(9):
-        value, variance = axis_kalman.update_constant(value, variance, 7.0, 4.0)
-    np.testing.assert_allclose([value, variance], [(5.0 + 9 * 7.0) / 10, 0.4])
+        constant.update(7.0, 4.0)
+    np.testing.assert_allclose([constant.place()[0], constant.covariance()[0]], [(5.0 + 9 * 7.0) / 10, 0.4])
 
 
 def test_no_time_changes_nothing() -> None:
@@ -140,32 +126,32 @@ def test_two_steps_equal_a_long_one(dt: float, share: float, noise: float) -> No
 def test_it_stays_positive_definite_whatever_the_noise() -> None:
     """A million updates of all kinds: intervals from 1e-9 to 1e5 s, noise from 1e-12 to 1e12 m^2, places at 1e6 m."""
     rng = np.random.default_rng(1)
-    lines = np.repeat(np.array([[1e6], [0.0], [1e-12], [0.0], [1e6]]), 1000, axis=1)
+    lines = axis.AxisState(*np.repeat(np.array([[1e6], [0.0], [1e-12], [0.0], [1e6]]), 1000, axis=1))
     for _ in range(1000):
         noise_variance = 10.0 ** rng.uniform(-12, 12, 1000)
         measured = 1e6 + rng.normal(0.0, 1.0, 1000)
         dt, noise = float(10.0 ** rng.uniform(-9, 5)), float(10.0 ** rng.uniform(-6, 2))
-        native.axis_predict(lines, dt, noise)
-        native.axis_update(lines, measured, noise_variance)
-        assert (lines[[2, 4]] > 0.0).all()
-    assert np.isfinite(lines).all()
+        lines = axis.update(axis.predict(lines, dt, noise), measured, noise_variance)
+        assert (lines.variance > 0.0).all()
+        assert (lines.residual > 0.0).all()
+    assert np.isfinite(np.stack(lines)).all()
 
 
 def test_the_forms_compared_are_those_of_the_tracker() -> None:
     """What the benchmark of forms measures in either precision is what the tracker computes."""
-    forms, lines = Factors(3, np.float64), np.repeat(np.array([[0.0], [0.0], [1.0], [0.0], [1.0]]), 3, axis=1)
+    forms = Factors(3, np.float64)
+    lines = axis.AxisState(*np.repeat(np.array([[0.0], [0.0], [1.0], [0.0], [1.0]]), 3, axis=1))
     for k in range(5):
         noise = np.array([0.01, 1.0, 100.0]) * (1.0 + k)
         forms.predict(0.3 + k)
         forms.update(noise)
-        native.axis_predict(lines, 0.3 + k, ACCELERATION_NOISE)
-        native.axis_update(lines, np.zeros(3), noise)
-    np.testing.assert_allclose(lines[2:], [forms.variance, forms.slope, forms.residual], rtol=1e-12)
+        lines = axis.update(axis.predict(lines, 0.3 + k, ACCELERATION_NOISE), np.zeros(3), noise)
+    np.testing.assert_allclose(np.stack(lines)[2:], [forms.variance, forms.slope, forms.residual], rtol=1e-12)
 
 
 def test_everything_known_exactly_stays_so() -> None:
     line = Axis(1.0, 0.0, 0.0)
     line.predict(5.0, 0.0)
     line.update(9.0, 1.0)
-    assert line.position == 1.0
+    assert line.place()[0] == 1.0
     assert np.isfinite(line.covariance()).all()

@@ -17,6 +17,7 @@ from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.observer.registry import OBSERVERS, Observer, make_observer
 from ods.tracker.observer.sensitivity import STATE, Heights
 from ods.tracker.settings import REST, MotionSettings
+from tests.tracker.fixes import fixes_of
 
 Long = NDArray[np.longdouble]
 BOTH = np.array([0, 1])
@@ -74,14 +75,6 @@ fixes = st.tuples(
     st.floats(-50.0, 50.0), st.floats(-50.0, 50.0), st.floats(1e-3, 1e2), st.floats(1e-3, 1e2), st.floats(-3.2, 3.2)
 )
 steps = st.lists(st.tuples(st.floats(0.0, 30.0), st.one_of(st.none(), fixes)), min_size=1, max_size=30)
-
-
-def fixes_of(places: Floats, noise: Floats) -> PositionMeasurement:
-    """Return measurements of k objects: (2, k) and (3, k), variances and covariance; nothing is known of heights."""
-    zeros = np.zeros(places.shape[1])
-    level = zeros, zeros, zeros + 1.0, zeros, np.zeros((2, len(zeros))), np.zeros((UNSEEN, 2, len(zeros))), np.zeros(2)
-    nn, ee, ne = noise
-    return PositionMeasurement(np.vstack([places, zeros]), nn, ee, ne, *level)
 
 
 def begun(filters: InteractingModels, places: Floats, noise: Floats) -> Floats:

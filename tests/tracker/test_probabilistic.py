@@ -9,16 +9,15 @@ from hypothesis import assume, given, strategies as st
 
 from ods.base.arrays import Floats, Indices
 from ods.base.frames.geometry import quat_from_euler
+from ods.compiled import native
 from ods.tracker.association.assignment import Question
 from ods.tracker.association.gating import Hypotheses
-from ods.tracker.association.jpda import LEAST_GAIN, noise_together, probabilistic, shares
+from ods.tracker.association.jpda import LEAST_GAIN, probabilistic
 from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurement
 from ods.tracker.measurement.scan import vehicle_at
 from ods.tracker.named import Named
-from ods.tracker.observer import axis_kalman
-from ods.tracker.observer.axis_kalman import AxisState
 from ods.tracker.observer.belief import Estimate
-from tests.tracker.samples import NO_SIGMA, echoes
+from tests.tracker.samples import NO_SIGMA, SIGMA_RANGE, echoes
 
 
 def hypotheses(objects: Indices, echoes: Indices, ratio: Floats) -> Hypotheses:
@@ -49,7 +48,8 @@ def exact(worth: Floats) -> Floats:
 
 def approximate(worth: Floats) -> Floats:
     found = pairs_of(worth)
-    share, _ = shares(found, *worth.shape)
+    share = np.empty(len(found.score))
+    native.jpda_shares(found.plain(), *worth.shape, share, np.empty_like(share))
     result = np.zeros(worth.shape)
     result[found.objects, found.echoes] = share
     return result
@@ -83,50 +83,55 @@ worths = st.floats(-1e6, 1e6) | st.floats(-30.0, 30.0)
 def test_whatever_the_likelihoods_shares_are_probabilities(pairs: list[tuple[int, int, float]]) -> None:
     objects, columns = (np.array([pair[k] for pair in pairs], np.intp) for k in (0, 1))
     worth = np.array([pair[2] for pair in pairs], np.float64)
-    share, free = shares(hypotheses(objects, columns, worth), 6, 6)
+    share, free = np.empty((2, len(pairs)))
+    native.jpda_shares(hypotheses(objects, columns, worth), 6, 6, share, free)
     for values in (share, free, np.bincount(objects, share, 6)):
         assert np.isfinite(values).all()
         assert (values >= 0.0).all()
         assert (values <= 1.0 + 1e-9).all()
 
 
-@given(st.lists(st.tuples(st.floats(0.01, 1.0), st.floats(-3.0, 3.0)), min_size=1, max_size=4), st.floats(0.01, 10.0))
+def one_object(place_m: float, variance_m2: float = 0.04) -> tuple[Named[PredictedMeasurement], Estimate]:
+    """Return an object straight ahead, of radius 1 m."""
+    vehicle = vehicle_at(np.zeros(3), quat_from_euler(0.0, 0.0, 0.0), NO_SIGMA, NO_SIGMA)
+    assert vehicle is not None
+    position, variance = np.array([[place_m], [0.0], [0.0]]), np.full((3, 1), variance_m2)
+    one = np.ones(1)
+    estimate = Estimate(position, variance, np.zeros(1), np.zeros((2, 1)), np.zeros((3, 1)), one, 0.1 * one, one)
+    return predicted_measurement(position, variance, np.zeros(1), vehicle), estimate
+
+
+def step_and_variance(share: Floats, away: Floats, variance: float) -> tuple[float, float]:
+    """Return how far an object of this variance follows echoes so far away, (k,), its own with these probabilities, and
+    its variance then: by an ordinary update with the echo that stands for them."""
+    ratio = np.log(share / (1.0 - share.sum()))
+    found = hypotheses(np.zeros(len(share), np.intp), np.arange(len(share)), ratio)
+    predicted, estimate = one_object(50.0, variance)
+    seen = echoes([(float(predicted.rows.range_m[0] + step), 0.0, 1.0) for step in away])
+    made = probabilistic(Question(found, np.ones(1, bool), seen, predicted, estimate)).echoes.rows
+    gain = variance / (variance + made.sigma_range[0] ** 2)
+    return float(gain * (made.range_m - predicted.rows.range_m)[0]), (1.0 - float(gain)) * variance
+
+
+@given(st.lists(st.tuples(st.floats(0.1, 1.0), st.floats(-3.0, 3.0)), min_size=1, max_size=4), st.floats(0.01, 10.0))
 def test_the_echo_that_stands_for_several_does_what_they_do(echo: list[tuple[float, float]], variance: float) -> None:
     """Against the formula of probabilistic data association; where the variance would grow, it stays nearly."""
-    noise = 0.5
-    share = np.array([weight for weight, _ in echo])
-    share /= share.sum() + 0.3
-    innovation = np.array([value for _, value in echo])
+    share, innovation = (np.array(column) for column in zip(*echo, strict=True))
+    share /= share.sum() + 0.09
+    step, after = step_and_variance(share, innovation, variance)
     seen, mean = float(share.sum()), float(share @ innovation)
-    square = float(share @ innovation**2)
-    noise_of_one = noise_together(seen, mean, square, variance, noise)
-    position, _, after, _, _ = axis_kalman.update(
-        AxisState(5.0, 0.0, variance, 0.0, 0.0), 5.0 + mean / seen, noise_of_one
-    )
-
-    total = variance + noise
+    total = variance + SIGMA_RANGE**2
     gain = variance / total
-    lowered = max(seen * total - (square - mean**2), LEAST_GAIN * total)
+    lowered = max(seen * total - (float(share @ innovation**2) - mean**2), LEAST_GAIN * total)
     assert after == pytest.approx(variance - gain**2 * lowered)
-    assert position == pytest.approx(5.0 + gain * mean * lowered / (seen * total))
+    assert step == pytest.approx(gain * mean * lowered / (seen * total), abs=1e-9)
 
 
 def test_the_step_is_theirs_where_innovations_are_not_spread() -> None:
     """One echo, near where it is expected, the object's own with probability 0.8."""
-    small, seen, variance, noise = 1e-4, 0.8, 0.3, 0.5
-    noise_of_one = noise_together(seen, seen * small, seen * small**2, variance, noise)
-    position, *_ = axis_kalman.update(AxisState(0.0, 0.0, variance, 0.0, 0.0), small, noise_of_one)
-    assert position == pytest.approx(seen * variance / (variance + noise) * small)
-
-
-def one_object(place_m: float) -> tuple[Named[PredictedMeasurement], Estimate]:
-    """Return an object straight ahead, of radius 1 m."""
-    vehicle = vehicle_at(np.zeros(3), quat_from_euler(0.0, 0.0, 0.0), NO_SIGMA, NO_SIGMA)
-    assert vehicle is not None
-    position, variance = np.array([[place_m], [0.0], [0.0]]), np.full((3, 1), 0.04)
-    one = np.ones(1)
-    estimate = Estimate(position, variance, np.zeros(1), np.zeros((2, 1)), np.zeros((3, 1)), one, 0.1 * one, one)
-    return predicted_measurement(position, variance, np.zeros(1), vehicle), estimate
+    small, seen, variance = 1e-4, 0.8, 0.3
+    step, _ = step_and_variance(np.array([seen]), np.array([small]), variance)
+    assert step == pytest.approx(seen * variance / (variance + SIGMA_RANGE**2) * small, rel=1e-4)
 
 
 def test_a_sure_echo_of_one_object_is_taken_as_it_is() -> None:

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from ods.base.arrays import Floats
+from ods.compiled import native
 from ods.tracker.measurement.model import BEND, CLIMB, HEIGHT, UNSEEN, PositionMeasurement
 from ods.tracker.named import Named
 from ods.tracker.observer.horizontal import NewPlaces
 from ods.tracker.observer.imm import InteractingModels, Model
-from ods.tracker.observer.sensitivity import Heights, possible_square
+from ods.tracker.observer.motion_hypotheses import CommonState
+from ods.tracker.observer.sensitivity import Heights
 from ods.tracker.settings import MotionSettings
 
 DT, NOISE, SQUARE_VARIANCE = 0.5, 0.02, 400.0
@@ -124,6 +126,19 @@ def test_what_a_climb_does_to_the_estimate_is_the_derivative_by_it() -> None:
 def test_square_is_one_that_the_height_can_have() -> None:
     """Even between -h and h: variance h^2 / 3, largest square h^2, mean fourth power h^4 / 5."""
     half = 2.5
-    assert possible_square(100.0, 1e9, half**2 / 3.0) == pytest.approx((half**2, half**4 / 5.0))
-    assert possible_square(-1.0, 0.1, half**2 / 3.0) == (0.0, 0.1)
-    assert possible_square(1.0, 0.2, half**2 / 3.0) == (1.0, 0.2)
+    common, zero = np.zeros((len(CommonState._fields), 3)), np.zeros((2, 3))
+    common[CommonState._fields.index("radius_variance")] = 1.0
+    square, variance = [100.0, -1.0, 1.0], [1e9, 0.1, 0.2]
+    learned = np.array([zero, zero, zero + half**2 / 3.0, [square] * 2, [variance] * 2])
+    seen = np.ones(3), np.ones(3), np.zeros(2)
+    limits = 0.0, (0.0, -5.0, 8.0)
+    native.common_update(
+        common, np.arange(3), seen, np.zeros((5, 2, 3)), learned, np.zeros(3), limits, np.empty(3, int)
+    )
+    found = CommonState(*common)
+    for squares, variances in (
+        (found.rest_square, found.rest_square_variance),
+        (found.square, found.square_variance),
+    ):
+        np.testing.assert_allclose(squares, [half**2, 0.0, 1.0])
+        np.testing.assert_allclose(variances, [half**4 / 5.0, 0.1, 0.2])

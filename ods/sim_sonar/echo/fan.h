@@ -5,7 +5,6 @@
 
 #include "kernel.h"
 
-#define PI 3.14159265358979323846
 /* A right angle, rad. */
 #define RIGHT (0.5 * PI)
 

@@ -99,7 +99,7 @@ static inline Span touching_span(const Cut *cut, double radius, double half)
     for (double side = -1.0; side <= 1.0; side += 2.0) {
         const double up = copysign(1.0, a) * (side * sqrt(rest) - b);
         const double dx = ahead * u[0] + up * v[0], dy = ahead * u[1] + up * v[1], dz = ahead * u[2] + up * v[2];
-        const double share = -(o[0] * dx + o[1] * dy) / larger(dx * dx + dy * dy, 1e-300);
+        const double share = -(o[0] * dx + o[1] * dy) / larger(dx * dx + dy * dy, NOT_ZERO);
         if (share > 0.0 && fabs(o[2] + share * dz) <= half)
             span = with_elevation(span, up, ahead);
     }

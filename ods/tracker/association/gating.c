@@ -6,7 +6,7 @@
 
 /* A radius that does not agree never counts for more than a 3-sigma difference: echoes merge, split and change. */
 #define LEAST_RADIUS_RATIO (-4.5)
-#define TWO_PI 6.28318530717958647692
+#define TWO_PI (2.0 * PI)
 /* Allows for rounding. */
 #define ROUNDED (1.0 + 1e-9)
 
@@ -159,19 +159,7 @@ static double ratio_of(const Objects *objects, int64_t i, const Echoes *echoes, 
     const double difference = echoes->rows.radius[j] - radius;
     const double variance = radius_variance + square(echoes->rows.sigma_radius[j]);
     const double alike = -0.5 * (square(difference) / variance + log(TWO_PI * variance));
-    return log(larger(IMPOSSIBLE, chance)) + larger(LEAST_RADIUS_RATIO, alike - log(echoes->of_radius[j]));
-}
-
-/* Fills in scores of pairs: see `gating.scored`. */
-KERNEL(gating_score, "i8[p] objects, f8[p] llr, f8[n] visibility, float detection_probability, out f8[p] score")
-{
-    const int64_t *objects = ARRAY(const int64_t, 0);
-    const double *llr = ARRAY(const double, 1), *visibility = ARRAY(const double, 2);
-    double *score = ARRAY(double, 4);
-    for (int64_t k = 0; k < SIZE(0, 0); k++) {
-        const bool known = objects[k] >= 0 && objects[k] < SIZE(2, 0);
-        score[k] = known ? llr[k] + score_over_llr(visibility[objects[k]], FLOAT(3)) : -INFINITY;
-    }
+    return log(larger(NOT_ZERO, chance)) + larger(LEAST_RADIUS_RATIO, alike - log(echoes->of_radius[j]));
 }
 
 /* Fills in the pairs of objects that are not `left_out` and echoes inside their gates, as far as there is room; returns

@@ -5,9 +5,6 @@
 
 #include "kernel.h"
 
-/* Keeps the logarithm of a likelihood that is too small for a number finite. */
-#define IMPOSSIBLE 1e-300
-
 /* `Hypotheses`, (count,) each; */
 typedef struct {
     const int64_t *objects, *echoes;
@@ -36,7 +33,7 @@ static inline bool is_pair(const Hypotheses *pairs, int64_t k, int64_t n, int64_
    now. */
 static inline double score_over_llr(double visibility, double detection_probability)
 {
-    const double visible = larger(IMPOSSIBLE, visibility);
+    const double visible = larger(NOT_ZERO, visibility);
     return log(visible) - log1p(-detection_probability * visible);
 }
 

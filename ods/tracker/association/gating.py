@@ -88,10 +88,3 @@ def hypotheses(
         if count <= room:
             return Hypotheses(found.objects[:count], found.echoes[:count], found.llr[:count], found.score[:count])
         room = count
-
-
-def scored(objects: Indices, echoes: Indices, llr: Floats, chance: Detectability) -> Hypotheses:
-    """Return pairs with their scores."""
-    score = np.empty(len(objects))
-    native.gating_score(objects, llr, chance, score)
-    return Hypotheses(objects, echoes, llr, score)

@@ -73,7 +73,7 @@ static void find_shares(const Pairs *pairs, int64_t n, int64_t m)
         pairs->share[k] = ratio[k] * pairs->free[k] / of_object[pairs->objects[k]];
 }
 
-/* Fills in the probabilities of pairs, and those that a pair's echo is of no other object: see `jpda.shares`. */
+/* Fills in the probabilities of pairs, and those that a pair's echo is of no other object: to be checked by themselves. */
 KERNEL(jpda_shares, HYPOTHESES ", int n, int m, out f8[p] share, out f8[p] free")
 {
     const Hypotheses given = hypotheses_from(arguments, 0);
@@ -102,11 +102,6 @@ static double noise_of_all(double seen, double mean, double square_sum, double v
     const double total = variance + noise;
     const double lowered = larger(least_gain * total, seen * total - larger(0.0, square_sum - square(mean)));
     return noise + total * (total / lowered - 1.0);
-}
-
-KERNEL_FLOAT(noise_together, "float seen, float mean, float square, float variance, float noise, float least_gain")
-{
-    return noise_of_all(FLOAT(0), FLOAT(1), FLOAT(2), FLOAT(3), FLOAT(4), FLOAT(5));
 }
 
 /* What is summed up for an object over its pairs: probabilities and likelihood ratios, and by probability the

@@ -9,7 +9,6 @@ Y. Bar-Shalom, F. Daum, J. Huang, The probabilistic data association filter, IEE
 
 import numpy as np
 
-from ods.base.arrays import Floats
 from ods.compiled import native
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.gating import Hypotheses
@@ -42,20 +41,3 @@ def probabilistic(question: Question) -> Assignment:
     table = np.empty((len(echoes.table), total))
     native.jpda_assignment(hypotheses, echoes.table, seen_by, chosen, explained, pairs, table)
     return Assignment(pairs, Echoes(table), explained)
-
-
-def shares(hypotheses: Hypotheses, objects: int, echoes: int) -> tuple[Floats, Floats]:
-    """Return (p,) the probability of each pair, and (p,) that its echo is of no other object."""
-    share, free = np.empty(len(hypotheses.score)), np.empty(len(hypotheses.score))
-    native.jpda_shares(hypotheses.plain(), objects, echoes, share, free)
-    return share, free
-
-
-def noise_together(seen: float, mean: float, square: float, variance: float, noise: float) -> float:
-    """Return the noise variance of the middle of several measurements with which an update ends where all of them do.
-
-    `seen`: sum of the probabilities of the measurements; `mean`, `square`: sums of their innovations and of the squares
-    by these weights; `variance`: of the prediction; `noise`: of a measurement.
-    """
-    of_all: float = native.noise_together(seen, mean, square, variance, noise, LEAST_GAIN)
-    return of_all

@@ -11,10 +11,8 @@
 #define LEAST_JOINED_M 1.5
 /* An echo is smaller than its object, and so may be a part of it, if it is by so many of its standard deviations. */
 #define SMALLER_SIGMAS 3.0
-/* Rows of the tables of echoes and of evidence. */
-#define ECHO_ROWS 12
-#define EVIDENCE_ROWS 5
-#define AREA_OF_UNIT_CIRCLE 3.14159265358979323846
+/* Of a table whose rows have names. */
+#define ROWS(NAMES) ((int64_t)(sizeof(NAMES) / sizeof(double *)))
 
 /* An image of m echoes, and what is expected of n objects in it. */
 typedef struct {
@@ -39,7 +37,7 @@ static Parts parts_inside(const Image *image, bool *loose)
         if (i < 0)
             continue;
         loose[j] = false;
-        const double by_chance = image->per_m2[j] * AREA_OF_UNIT_CIRCLE * square(image->bodies.radius[i]);
+        const double by_chance = image->per_m2[j] * PI * square(image->bodies.radius[i]);
         const double llr = -log(smaller(1.0, by_chance));
         if (llr + score_over_llr(image->visibility[i], image->detection_probability) > 0.0)
             add_part(&parts, i, j, llr);
@@ -98,7 +96,7 @@ static void fill_shown(Shown *shown, const Image *image, const Hypotheses *pairs
         shown->objects[wholes + k] = i, shown->llr[wholes + k] = parts->llr[k];
         shown->off_centre[wholes + k] = square(PART_SHARE * image->bodies.radius[i]);
     }
-    for (int64_t row = 0; row < ECHO_ROWS; row++) {
+    for (int64_t row = 0; row < ROWS(EchoRows); row++) {
         double *out = shown->table + row * shown->count;
         for (int64_t k = 0; k < wholes; k++)
             out[k] = assigned[row * pairs->count + kept[k]];
@@ -133,7 +131,7 @@ static void fill_evidence(const ScanEvidence *evidence, const Shown *shown, cons
                           const bool *hit, const double *merged, double expected)
 {
     const EchoRows echoes = echo_rows(shown->table, shown->count);
-    memset(evidence->llr, 0, sizeof(double) * EVIDENCE_ROWS * (size_t)bodies->n);
+    memset(evidence->llr, 0, sizeof(double) * (size_t)(ROWS(ScanEvidence) * bodies->n));
     for (int64_t i = 0; i < bodies->n; i++) {
         if (hit[i] || merged[i] == 0.0)
             evidence->watched[i] = bodies->confirmed[i] ? view.watched[i] : view.inside[i] && !view.skipped[i];

@@ -2,7 +2,6 @@
 
 #include "kernel.h"
 
-#define PI 3.14159265358979323846
 
 typedef double TurnRow[3];
 

@@ -43,8 +43,6 @@
 /* Share of the tracks with one echo that each scan of their place ends, as errors of association; with more echoes
    there are fewer of these. */
 #define YOUNG 0.045
-/* Keeps quotients finite. */
-#define SMALLEST 1e-300
 /* A miss is never more certain than this. */
 #define LEAST_MISSED 1e-3
 /* Largest log-likelihood ratio of one echo; e^30 leaves nothing of any doubt. */
@@ -54,13 +52,13 @@
 typedef struct {
     double object_hit_rate, object_scans, clutter_hit_rate, clutter_scans, crowded_scans, crowd_a_second, crowd_power;
     double sharp, object_sharp, object_slow, clutter_sharp, clutter_slow;
-    double onset_for, onset_against, onset_enough, odds_factor;
+    double onset_for, onset_enough, odds_factor;
     double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
     double motion_for;
-    double calm_share, new_share, many, share_tracks, most_share, share_memory, echo_memory, whole_scans;
+    double new_share, many, share_tracks, memory;
 } Model;
 
-#define MODEL "f8[33] model"
+#define MODEL "f8[28] model"
 
 /* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended; the last scans, and their echoes
    that no confirmed track explains. */
@@ -101,8 +99,8 @@ static State normalized(double visible, double silent, double nothing, double cl
 
 /* Returns the state `dt` seconds later.
 
-   `watched`: share of the time that the track was in the sonar's view: only there does it fall silent, return, or get
-   lost: a map does not forget what nobody looks at. `echoes`: so far. */
+   `watched`: share of the time that the track was in the sonar's view: only then does it fall silent, return, or get
+   lost. `echoes`: so far. */
 static State predict(State state, int64_t echoes, double watched, double dt, Rates rates)
 {
     const double time = dt * watched;
@@ -176,7 +174,7 @@ static double onset_ratio(double sum, double count, const Prior *prior)
                           log_beta(m->object_sharp, m->object_slow);
     const double clutter = log_beta(m->clutter_sharp + sum, m->clutter_slow + slow) -
                            log_beta(m->clutter_sharp, m->clutter_slow);
-    const double least = count >= m->onset_enough ? -m->onset_against : 0.0;
+    const double least = count >= m->onset_enough ? -INFINITY : 0.0;
     return smaller(m->onset_for, larger(least, object - clutter));
 }
 
@@ -250,9 +248,8 @@ static double echoes_a_scan(const Counts *counts)
 static double clutter_share_of(const Counts *counts, const Model *m)
 {
     const double echoes = square(echoes_a_scan(counts));
-    const double prior = m->calm_share + m->new_share * echoes / (echoes + square(m->many));
-    return smaller(m->most_share, (counts->clutter_tracks + m->share_tracks * prior) /
-                                      (counts->ended_tracks + m->share_tracks));
+    const double prior = m->new_share * (1.0 + echoes) / (square(m->many) + echoes);
+    return (counts->clutter_tracks + m->share_tracks * prior) / (counts->ended_tracks + m->share_tracks);
 }
 
 /* Counts the `is_free` echoes, those that no confirmed track explains, if they measure a strength. */
@@ -261,7 +258,7 @@ KERNEL(clutter_count_echoes, "out " COUNTS ", f8[12,m] echoes, b1[m] free, " MOD
     Counts *counts = ARRAY(Counts, 0);
     const EchoRows echoes = echo_rows(ARRAY(double, 1), SIZE(1, 1));
     const bool *is_free = ARRAY(const bool, 2);
-    const double memory = ARRAY(const Model, 3)->echo_memory;
+    const double memory = ARRAY(const Model, 3)->memory;
     counts->scans = memory * counts->scans + 1.0;
     counts->echoes *= memory;
     for (int64_t j = 0; j < SIZE(1, 1); j++)
@@ -275,14 +272,14 @@ KERNEL_INT(count_same_echoes, "f8[12,m] now, f8[12,n] before, int most, float ra
     const EchoRows now = echo_rows(ARRAY(double, 0), SIZE(0, 1)), before = echo_rows(ARRAY(double, 1), SIZE(1, 1));
     const double range_m = FLOAT(3), bearing_rad = FLOAT(4), strength_db = FLOAT(5);
     int64_t count = 0;
-    for (int64_t j = 0; j < smaller_i(SIZE(0, 1), INT(2)); j++)
+    for (int64_t j = 0; j < smaller_i(SIZE(0, 1), INT(2)); j++) {
+        int64_t same = 0;
         for (int64_t k = 0; k < SIZE(1, 1); k++)
-            if (fabs(now.range_m[j] - before.range_m[k]) < range_m
-                && fabs(now.bearing[j] - before.bearing[k]) < bearing_rad
-                && fabs(now.strength[j] - before.strength[k]) < strength_db) {
-                count++;
-                break;
-            }
+            same |= (fabs(now.range_m[j] - before.range_m[k]) < range_m)
+                    & (fabs(now.bearing[j] - before.bearing[k]) < bearing_rad)
+                    & (fabs(now.strength[j] - before.strength[k]) < strength_db);
+        count += same;
+    }
     return count;
 }
 
@@ -293,7 +290,7 @@ KERNEL(clutter_learn, "out " COUNTS ", f8[17,n] tracks, b1[n] ended, " MODEL)
     const ExistenceTable tracks = existence_rows(ARRAY(double, 1), SIZE(1, 1));
     const bool *ended = ARRAY(const bool, 2);
     const Model *m = ARRAY(const Model, 3);
-    counts->clutter_tracks *= m->share_memory, counts->ended_tracks *= m->share_memory;
+    counts->clutter_tracks *= m->memory, counts->ended_tracks *= m->memory;
     for (int64_t i = 0; i < SIZE(1, 1); i++) {
         if (!ended[i])
             continue;
@@ -356,7 +353,7 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
     State state = predict(state_of(tracks, i), echoes, watched, of->dt, of->rates);
     const HitRates rates = hit_rate_ratio(tracks->hits[i], tracks->scans[i], of->detection_probability, of->crowding,
                                           prior->model);
-    const double weight = tracks->scans[i] < prior->model->whole_scans ? 1.0 : larger(of->weight, 1.0 - at_rest[i]);
+    const double weight = tracks->scans[i] < prior->model->object_scans ? 1.0 : larger(of->weight, 1.0 - at_rest[i]);
     state = update(state, hit, evidence->llr[i], evidence->expected[i], rates, weight);
     state = apply_features(tracks, i, state, of->measured, i, confirmed, prior);
     if (confirmed && share != tracks->clutter_share[i]) {
@@ -388,80 +385,4 @@ KERNEL(existence_update,
                        measured};
     for (int64_t i = 0; i < n; i++)
         update_track(&tracks, i, &evidence, echoes[i], hit[i], confirmed[i], &of, &prior);
-}
-
-/* Fills in the probability that a track's object, if it exists, gives echoes; `returned`: that a silent one does. */
-KERNEL(existence_visibilities, "f8[17,n] tracks, float returned, out f8[n] visibility")
-{
-    const int64_t n = SIZE(0, 1);
-    const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
-    double *found = ARRAY(double, 2);
-    for (int64_t i = 0; i < n; i++)
-        found[i] = (tracks.visible[i] + tracks.silent[i] * FLOAT(1)) /
-                   larger(SMALLEST, tracks.visible[i] + tracks.silent[i]);
-}
-
-/* --- The parts, asked by Python: for tests, and to be tried by hand --- */
-
-#define STATE "float visible, float silent, float nothing, float clutter"
-#define STATE_FROM(k) ((State){FLOAT(k), FLOAT((k) + 1), FLOAT((k) + 2), FLOAT((k) + 3)})
-
-static void put(double *out, State state)
-{
-    out[0] = state.visible, out[1] = state.silent, out[2] = state.nothing, out[3] = state.clutter;
-}
-
-KERNEL(existence_predict,
-       STATE ", int echoes, float watched, float dt, float silence, float recovery, float loss, out f8[4] state")
-{
-    put(ARRAY(double, 10),
-        predict(STATE_FROM(0), INT(4), FLOAT(5), FLOAT(6), (Rates){FLOAT(7), FLOAT(8), FLOAT(9)}));
-}
-
-KERNEL(existence_update_one,
-       STATE ", bool hit, float llr, float expected, float of_object, float of_clutter, out f8[4] state")
-{
-    put(ARRAY(double, 9), update(STATE_FROM(0), BOOL(4), FLOAT(5), FLOAT(6), (HitRates){FLOAT(7), FLOAT(8)}, 1.0));
-}
-
-KERNEL(existence_apply_likelihood_ratio, STATE ", float ratio, out f8[4] state")
-{
-    put(ARRAY(double, 5), apply_likelihood_ratio(STATE_FROM(0), FLOAT(4)));
-}
-
-KERNEL_FLOAT(existence_confirmation_probability, "f8[17,n] tracks, int i, float odds_factor")
-{
-    const ExistenceTable tracks = existence_rows(ARRAY(double, 0), SIZE(0, 1));
-    return INT(1) >= 0 && INT(1) < SIZE(0, 1) ? confirmation_probability(&tracks, INT(1), FLOAT(2)) : NAN;
-}
-
-KERNEL(existence_hit_rate_ratio,
-       "float hits, float scans, float detection_probability, float crowding, " MODEL ", out f8[2] rates")
-{
-    const HitRates rates = hit_rate_ratio(FLOAT(0), FLOAT(1), FLOAT(2), FLOAT(3), ARRAY(const Model, 4));
-    double *out = ARRAY(double, 5);
-    out[0] = rates.object, out[1] = rates.clutter;
-}
-
-KERNEL_FLOAT(existence_crowding, "float dt, " COUNTS ", " MODEL)
-{
-    return crowding_of(echoes_a_scan(ARRAY(const Counts, 1)), FLOAT(0), ARRAY(const Model, 2));
-}
-
-KERNEL_FLOAT(existence_clutter_share, COUNTS ", " MODEL)
-{
-    return clutter_share_of(ARRAY(const Counts, 0), ARRAY(const Model, 1));
-}
-
-/* Feeds echoes to a feature; returns its log-likelihood ratio. */
-KERNEL_FLOAT(existence_log_ratio, "int feature, f8[k] echoes, " MODEL)
-{
-    const Prior prior = {.model = ARRAY(const Model, 2), .static_prior = 0.5};
-    const int64_t f = INT(0);
-    double sum = 0.0, count = 0.0;
-    if (f < 0 || f >= FEATURES)
-        return NAN;
-    for (int64_t k = 0; k < SIZE(1, 0); k++)
-        FEATURE[f].update(&sum, &count, ARRAY(const double, 1)[k], &prior);
-    return FEATURE[f].log_ratio(sum, count, &prior);
 }

@@ -9,9 +9,9 @@ from ods.compiled import native
 from ods.tracker.existence.model import MODEL
 from ods.tracker.measurement.scan import Echoes
 
-CLUTTER_TRACKS, ENDED_TRACKS, SCANS, ECHOES = range(4)
-"""Places in the array: weighted counts of tracks; scans, and their echoes that no confirmed track explains."""
 LENGTH = 4
+CLUTTER_TRACKS, ENDED_TRACKS, SCANS, ECHOES = range(LENGTH)
+"""Places in the array: weighted counts of tracks; scans, and their echoes that no confirmed track explains."""
 ROUNDING = 1e-9
 
 
@@ -106,14 +106,3 @@ class ClutterStatistics:
     def learn(self, tracks: Floats, ended: Mask) -> None:
         """Learn from the tracks that a scan ended, (n,), of a table of `ExistenceTable`. Called for every scan."""
         native.clutter_learn(self.values, tracks, ended, MODEL)
-
-    @property
-    def clutter_share(self) -> float:
-        """Share of persistent clutter among what is no object."""
-        share: float = native.existence_clutter_share(self.values, MODEL)
-        return share
-
-    def crowding(self, dt: float) -> float:
-        """Return how crowded clutter is, 0 to 1; `dt`: from the scan before to the newest, s."""
-        crowding: float = native.existence_crowding(dt, self.values, MODEL)
-        return crowding

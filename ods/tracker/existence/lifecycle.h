@@ -12,13 +12,18 @@ enum { TENTATIVE, ACTIVE, STAND_BY, HIBERNATED, TERMINATED };
 /* or when its probability falls to this share of what it began with: two misses. */
 #define TENTATIVE_DOUBT 0.03
 
-/* What the newest image says of an object: see `Evidence` of lifecycle.py. */
+/* What the newest image says of an object. */
 typedef struct {
-    bool hit, inside, skipped;
-    int64_t echoes;
-    double unseen_s, missed_s, existence, visible, first_visible;
-    bool is_static, covered, duplicate;
-    double sigma;
+    bool hit;
+    bool inside, skipped;            /* its place is in the sonar's view, but not where this image was looked at, or blind */
+    int64_t echoes;                  /* so far */
+    double unseen_s, missed_s;       /* since the last one, and how much of that images were looked at */
+    double existence;                /* probability, */
+    double visible, first_visible;   /* also that it gives echoes: now, and when it began */
+    bool is_static;                  /* at a probability of at least `REST` */
+    bool covered;                    /* it lies inside another object that is seen */
+    bool duplicate;                  /* its echoes may be those of a confirmed object beside it */
+    double sigma;                    /* standard deviation of its horizontal position, m */
 } Evidence;
 
 /* `LifeSettings`; */
@@ -62,7 +67,7 @@ static inline int64_t found_again_or_not(int64_t state, const Evidence *e, bool 
     return overdue ? HIBERNATED : state;
 }
 
-/* Returns an object's state after an image, reached by one of `TRANSITIONS` or unchanged. */
+/* Returns an object's state after an image. */
 static inline int64_t next_state_of(int64_t state, const Evidence *e, const LifeLimits *limits)
 {
     if (state == TENTATIVE)

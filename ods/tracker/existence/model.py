@@ -11,7 +11,7 @@ class ExistenceModel(NamedTuple):
     object_hit_rate: float = 0.85
     """Mean of the beta law of an object's hit rate,"""
     object_scans: float = 8.0
-    """and its weight."""
+    """and its weight; so many scans of a track count whole, though the sonar is at rest (`coherence.py`)."""
     clutter_hit_rate: float = 0.3
     """The same of persistent clutter,"""
     clutter_scans: float = 12.0
@@ -34,11 +34,9 @@ class ExistenceModel(NamedTuple):
     clutter_slow: float = 6.37
     """and others."""
     onset_for: float = 3.0
-    """Largest log-likelihood ratio of the onset for an object,"""
-    onset_against: float = 6.0
-    """and against one,"""
+    """Largest log-likelihood ratio of the onset for an object;"""
     onset_enough: float = 8.0
-    """and the number of echoes that this takes."""
+    """against one it counts from this number of echoes on."""
     odds_factor: float = 3.3
     """Factor on the odds to confirm a new track where rises are measured: a few sharp echoes may be chance."""
 
@@ -62,24 +60,16 @@ class ExistenceModel(NamedTuple):
     motion_for: float = 2.5
     """Largest log-likelihood ratio of motion for an object; against one it says nothing."""
 
-    calm_share: float = 1e-4
-    """Share of clutter among false tracks before any ended, in calm water;"""
     new_share: float = 0.1
-    """it rises by this with the echoes a scan that measure a strength: the chain leaves few of noise;"""
+    """Share of clutter among false tracks before any ended, where many echoes a scan measure a strength: the chain
+    leaves few of noise;"""
     many: float = 10.0
-    """and by half of that with this number."""
+    """half of that with this number, and next to none in calm water: (1 + echoes^2) / (many^2 + echoes^2)."""
     share_tracks: float = 30.0
     """Weight of that prior, tracks."""
-    most_share: float = 0.8
-    """Largest share that is believed: some echoes are of noise everywhere."""
-    share_memory: float = 0.99
-    """Share of the counts of ended tracks that a scan leaves of those before: 15 s at 6.7 scans a second."""
-
-    echo_memory: float = 0.98
-    """The same of scans and their echoes: 7 s."""
-
-    whole_scans: float = 8.0
-    """Scans of a track that count whole, though the sonar is at rest (`coherence.py`)."""
+    memory: float = 0.99
+    """Share of the counts of ended tracks, scans and echoes that a scan leaves of those before: 15 s at 6.7 scans a
+    second."""
 
 
 EXISTENCE = ExistenceModel()

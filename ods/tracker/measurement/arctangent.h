@@ -12,7 +12,7 @@
 static inline double arctangent(double y, double x)
 {
     const double across = fabs(y), along = fabs(x), least = smaller(along, across);
-    const double most = larger(larger(along, across), 1e-300);
+    const double most = larger(larger(along, across), NOT_ZERO);
     const bool is_steep = least > 0.66 * most;
     const double t = (is_steep ? least - most : least) / (is_steep ? least + most : most), z = t * t;
     const double low = (-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z - 7.500855792314704667340e1;

@@ -11,7 +11,6 @@
 #define PARTS 0.5
 /* Keeps the distance to the edge, in standard deviations, finite. */
 #define LEAST_SIGMA 1e-6
-#define ROOT3 1.73205080756887729353
 
 /* The sector that an image shows. */
 typedef struct {
@@ -53,7 +52,7 @@ static double share_processed(double distance, double sigma, Parts ranges)
 /* Returns the share of an object's vertical interval that the fan covers. */
 static double share_covered(double distance, double elevation, double variance, double half_vertical)
 {
-    const double half_fan = distance * sin(half_vertical), half_object = ROOT3 * sqrt(variance) + LEAST_SIGMA;
+    const double half_fan = distance * sin(half_vertical), half_object = sqrt(3.0) * sqrt(variance) + LEAST_SIGMA;
     const double middle = distance * sin(elevation);
     const double shared = smaller(half_fan, middle + half_object) - larger(-half_fan, middle - half_object);
     return larger(shared, 0.0) / (2.0 * half_object);

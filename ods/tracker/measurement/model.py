@@ -9,10 +9,10 @@ from ods.compiled import native
 from ods.tracker.measurement.scan import NO_NOISE, Echoes, Vehicle
 from ods.tracker.named import Named
 
-HEIGHT, BEND, ATTITUDE, CLIMB = 0, 1, 2, 3
+UNSEEN = 4
+HEIGHT, BEND, ATTITUDE, CLIMB = range(UNSEEN)
 """What the ping does not see, but the horizontal place depends on: the height, its square, the bias of the attitude,
 and by which earlier pings were reported, how much the height changes."""
-UNSEEN = 4
 
 
 class PredictedMeasurement(NamedTuple):

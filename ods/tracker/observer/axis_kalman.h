@@ -17,9 +17,6 @@
 
 #include "kernel.h"
 
-/* Keeps 0 / 0 out of an axis whose position and velocity are both known exactly. */
-#define LEAST_GROWTH 1e-300
-
 typedef struct {
     double position, velocity;
     double variance, slope, residual;
@@ -30,7 +27,7 @@ typedef struct {
 static inline AxisState axis_carried_on(AxisState s, double dt, double noise)
 {
     const double turn = s.slope * dt, dt_2 = dt * dt;
-    const double variance = s.variance * square(1.0 + turn) + s.residual * dt_2 + (noise * dt_2 * dt / 3.0 + LEAST_GROWTH);
+    const double variance = s.variance * square(1.0 + turn) + s.residual * dt_2 + (noise * dt_2 * dt / 3.0 + NOT_ZERO);
     const double covariance = s.variance * s.slope * (1.0 + turn) + s.residual * dt + noise * dt_2 / 2.0;
     /* det(A + Q) = det A + det Q + tr(adj(Q) A), the last written as a sum of squares. */
     const double mixed = s.variance * (square(1.0 + turn / 2.0) + turn * turn / 12.0) + s.residual * (dt_2 / 3.0);

@@ -359,6 +359,7 @@ static void correct(Lanes *own, const PositionMeasurement *measured, const Heigh
         answer->step[l] = residual.step, answer->variance[l] = residual.variance;
         answer->square[l] = residual.square, answer->square_variance[l] = residual.square_variance;
     }
+    clear_upper_halves();
     for (int64_t l = 0; l < lanes; l++)
         answer->log_likelihood[l] = log_likelihood(distance[l], determinant[l]);
 }

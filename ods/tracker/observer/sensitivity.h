@@ -28,8 +28,6 @@
 #define LEAST_SHARE 1e-14
 /* By a tilt of so many standard deviations of its noise the vehicle may not have tilted at all. */
 #define NOISE_SIGMAS 2.0
-/* Keeps 0 / 0 out of what a measurement says that tells nothing. */
-#define LEAST_INFORMATION 1e-300
 
 /* Derivative by what is unseen, `c`, of a row of the state. */
 #define BY(unseen, c, row) AT(unseen, (c) * STATE + (row))
@@ -177,14 +175,14 @@ static inline void correct_unseen(Column unseen, const Gain *gain, const Innovat
 static inline double beyond(double variance, double information, double alike)
 {
     const double taken = variance * smaller(variance * information, 1.0);
-    return smaller(larger(variance - alike, 0.0) / larger(taken, LEAST_INFORMATION), 1.0);
+    return smaller(larger(variance - alike, 0.0) / larger(taken, NOT_ZERO), 1.0);
 }
 
 /* Returns the share that counts of what is learned of the height by looking from another direction, which changes the
    derivative by the root of `changed`: the noise of the tilt changes it, too, and tells nothing. */
 static inline double more_than_noise(double changed, double tilt_variance)
 {
-    return larger(1.0 - square(NOISE_SIGMAS) * tilt_variance / larger(changed, LEAST_INFORMATION), 0.0);
+    return larger(1.0 - square(NOISE_SIGMAS) * tilt_variance / larger(changed, NOT_ZERO), 0.0);
 }
 
 /* Returns a' S^-1 a times the determinant of S. */
@@ -216,7 +214,7 @@ static inline Innovation innovation(Column unseen, const Place *place, const Fix
     const double information = squared(by, s_nn, s_ee, s_ne) * inverse;
     const double information_bend = squared(bend, s_nn, s_ee, s_ne) * inverse;
     const double climbed = square(climb.north) + square(climb.east), lower = square(by.north) + square(by.east);
-    const double alike = climbed / larger(lower, LEAST_INFORMATION);
+    const double alike = climbed / larger(lower, NOT_ZERO);
     const double part = more_than_noise(lower, fix->tilt_variance) * beyond(spread, information, alike);
     return (Innovation){
         .north = north,

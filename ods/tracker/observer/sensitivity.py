@@ -3,10 +3,7 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from ods.base.arrays import Floats
-from ods.compiled import native
 
 STATE = 4
 """Rows of a state: north, east and their velocities."""
@@ -25,10 +22,3 @@ class Heights(NamedTuple):
     """and its variance, m^4."""
     step: Floats
     """By which the height changed."""
-
-
-def possible_square(square: float, variance: float, height_variance: float) -> tuple[float, float]:
-    """Return mean and variance of the height's square that the variance of the height allows."""
-    possible = np.empty(2)
-    native.possible_square(square, variance, height_variance, possible)
-    return float(possible[0]), float(possible[1])
