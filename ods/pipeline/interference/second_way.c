@@ -20,7 +20,7 @@
 
 /* An echo's place and level. */
 typedef struct {
-    double near_m, bearing_rad, snr_db, level_db;
+    double near_m, end_m, bearing_rad, snr_db, level_db;
 } Heard;
 
 /* A body and an echo that may be its own. */
@@ -29,12 +29,14 @@ typedef struct {
     double later_m;
 } Pair;
 
-/* Whether a louder echo is at the same place: planes see one body each. */
-static bool is_seen_louder(const Heard *echoes, int64_t count, int64_t which)
+static bool is_in_direction(Heard a, Heard b) { return fabs(a.bearing_rad - b.bearing_rad) <= SAME_RAD; }
+
+/* Whether an echo begins within a louder one: another plane sees the same body. */
+static bool is_seen_louder(const Heard *echoes, int64_t count, Heard echo)
 {
     for (int64_t k = 0; k < count; k++)
-        if (echoes[k].level_db > echoes[which].level_db && fabs(echoes[k].near_m - echoes[which].near_m) <= SAME_M
-            && fabs(echoes[k].bearing_rad - echoes[which].bearing_rad) <= SAME_RAD)
+        if (echoes[k].level_db > echo.level_db && is_in_direction(echoes[k], echo)
+            && echo.near_m >= echoes[k].near_m - SAME_M && echo.near_m <= echoes[k].end_m)
             return true;
     return false;
 }
@@ -47,7 +49,7 @@ static int64_t find_bodies(const Heard *echoes, int64_t count, int64_t *bodies)
     for (int64_t k = 0; k < count; k++)
         loudest_db = larger(loudest_db, echoes[k].snr_db);
     for (int64_t k = 0; k < count && found < MOST_BODIES; k++)
-        if (echoes[k].snr_db >= loudest_db - BODY_DB && !is_seen_louder(echoes, count, k))
+        if (echoes[k].snr_db >= loudest_db - BODY_DB && !is_seen_louder(echoes, count, echoes[k]))
             bodies[found++] = k;
     return found;
 }
@@ -60,8 +62,8 @@ static int64_t find_pairs(const Heard *echoes, int64_t count, const int64_t *bod
     for (int64_t i = 0; i < of_bodies; i++)
         for (int64_t k = 0; k < count; k++) {
             const Heard body = echoes[bodies[i]], echo = echoes[k];
-            if (body.level_db - echo.level_db >= FAINTER_DB && fabs(echo.bearing_rad - body.bearing_rad) <= SAME_RAD
-                && echo.near_m > body.near_m && echo.near_m - body.near_m <= most_m)
+            if (body.level_db - echo.level_db >= FAINTER_DB && is_in_direction(echo, body)
+                && echo.near_m > body.end_m && echo.near_m - body.near_m <= most_m)
                 pairs[found++] = (Pair){bodies[i], k, echo.near_m - body.near_m};
         }
     return found;
@@ -130,7 +132,7 @@ static void add(const Echo *echoes, int64_t count, double a_count, Heard *heard)
     for (int64_t k = 0; k < count; k++) {
         const Echo *e = &echoes[k];
         const double level_db = a_count > 0.0 ? e->amplitude * a_count : 20.0 * log10(larger(e->amplitude, 1e-6));
-        heard[k] = (Heard){e->near_m, e->bearing_rad, e->snr_db, level_db};
+        heard[k] = (Heard){e->near_m, e->near_m + e->range_extent_m, e->bearing_rad, e->snr_db, level_db};
     }
 }
 
