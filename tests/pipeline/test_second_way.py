@@ -86,8 +86,8 @@ def test_two_of_many_bodies_with_another_as_far_behind_by_chance_are_no_way() ->
         loud = [(20.0 + 5.0 * k, -40.0 + 11.0 * k, 26.0) for k in range(len(behind))]
         fainter = [(r + m, b, s - 12.0) for (r, b, s), m in zip(loud, behind, strict=True)]
         ping = make_ping(np.ones((2, 2000), np.uint8), t_ns=number * 150_000_000)
-        tables = (echo_table([echo(*each, rng) for each in rows]) for rows in (loud, fainter))
-        assert not ways.of(ping, *tables, 15.0)
+        bodies, others = (echo_table([echo(*each, rng) for each in rows]) for rows in (loud, fainter))
+        assert not ways.of(ping, bodies, others, 15.0)
 
 
 def test_a_way_among_many_bodies_is_told() -> None:
