@@ -22,7 +22,7 @@ from ods.pipeline.image.fan import beam_borders
 from ods.pipeline.image.sample_levels import FULL_SCALE, db_a_count
 from ods.pipeline.interference.deaf_beams import ALL_HEAR, DeafBeams, without
 
-GROUPS, RINGS = 8, 16
+GROUPS, RINGS = 20, 16
 """Parts of the beams and of the range whose levels are compared with what they were."""
 HEADROOM_DB = 15.0
 """Level over the lowest that counts can represent: a lower one cannot fall far enough to be noticed."""

@@ -21,12 +21,10 @@ HEARD_FROM_DB = 5.0
 BODIES = [(30.0, -20.0, 24.0), (55.0, 3.0, 26.0), (70.0, 25.0, 22.0)]
 
 
-def told(
-    longer_m: list[float], bodies: list[tuple[float, float, float]] = BODIES, pings: int = 20
-) -> list[list[float]]:
+def told(longer_m: list[float], bodies: list[tuple[float, float, float]] = BODIES) -> list[list[float]]:
     rng, ways = np.random.default_rng(2), SecondWays()
     lists = []
-    for number in range(pings):
+    for number in range(20):
         ping = make_ping(np.ones((2, 2000), np.uint8), t_ns=number * 150_000_000)
         echoes = [echo(r - 0.15 * number, b, s, rng) for r, b, s in bodies]
         behind = [echo(r - 0.15 * number + m, b, s - 12.0, rng) for r, b, s in bodies for m in longer_m]
@@ -79,3 +77,25 @@ def test_a_way_stays_while_no_body_or_only_one_can_show_it_and_goes_with_its_ech
         ping = make_ping(np.ones((2, 2000), np.uint8), t_ns=number * 150_000_000)
         told_then = ways.of(ping, echo_table([echo(*each, rng) for each in loud]), echo_table([]), 10.0)
     assert not told_then
+
+
+def test_two_of_many_bodies_with_another_as_far_behind_by_chance_are_no_way() -> None:
+    rng, ways = np.random.default_rng(4), SecondWays()
+    behind = 6.0, 6.0, 9.0, 11.0, 14.0, 17.0, 20.0, 23.0
+    for number in range(20):
+        loud = [(20.0 + 5.0 * k, -40.0 + 11.0 * k, 26.0) for k in range(len(behind))]
+        fainter = [(r + m, b, s - 12.0) for (r, b, s), m in zip(loud, behind, strict=True)]
+        ping = make_ping(np.ones((2, 2000), np.uint8), t_ns=number * 150_000_000)
+        bodies, others = (echo_table([echo(*each, rng) for each in rows]) for rows in (loud, fainter))
+        assert not ways.of(ping, bodies, others, 15.0)
+
+
+def test_a_way_among_many_bodies_is_told() -> None:
+    rng = np.random.default_rng(4)
+    field = [(float(rng.uniform(15, 90)), float(rng.uniform(-40, 40)), float(rng.uniform(20, 27))) for _ in range(10)]
+    assert told([6.0], field)[-1] == pytest.approx([6.0], abs=0.25)
+
+
+def test_one_body_in_several_planes_is_no_way() -> None:
+    planes = [(r + behind, b, s - behind * 10.0) for r, b, s in BODIES for behind in (0.0, 0.6, 0.8)]
+    assert not any(told([], planes))

@@ -176,6 +176,12 @@ def test_a_list_is_valid_up_to_a_limit_and_movers_alike_may_be_a_convoy(wrong: W
     assert bool(errors.reasons()) == not_valid
 
 
+@pytest.mark.parametrize("wrong", [Wrong(yaw=math.radians(90.0)), Wrong(scale=2.28)])
+def test_what_all_moves_faster_than_the_vehicle_is_no_convoy(wrong: Wrong) -> None:
+    """The heading is far off, or ranges are in feet."""
+    assert "static objects seem to move" in after(World(weave=0.0), wrong, 15.0).reasons()[0]
+
+
 @pytest.mark.parametrize(
     "wrong", [Wrong(yaw=math.radians(2.0)), Wrong(scale=0.03), Wrong(latency=0.1), Wrong(turn=math.radians(0.1))]
 )

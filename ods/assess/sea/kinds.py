@@ -1,4 +1,4 @@
-"""The kinds of scene beyond sea-beds: other sonars, hovering, other sonars' sound, second ways, many objects, poses.
+"""The kinds of scene beyond sea-beds: other sonars, hovering, other sonars' sound, second ways, many bodies, poses.
 
 Each is a scene of the family with something changed, and what is wanted of the lists.
 """
@@ -8,12 +8,13 @@ from functools import partial
 from typing import NamedTuple
 
 import msgspec
+import numpy as np
 
 from ods.base.choices import none_of
 from ods.base.errors import OdsError
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.receiver.settings import ImageLevels, Interference, SecondWay
-from ods.sim_sonar.scene.settings import Oscillation, SceneFile, Sphere, VehiclePath
+from ods.sim_sonar.scene.settings import Cylinder, Oscillation, Plane, SceneFile, Sphere, VehiclePath
 
 Change = Callable[[SceneFile], SceneFile]
 
@@ -28,6 +29,11 @@ SOURCES_NED = (120.0, 25.0, 20.0), (110.0, -40.0, 20.0)
 PULSE_COUNTS, SPOKE_FROM_S, WAY_LONGER_M = 1000.0, 10.0, 6.0
 ROWS, COLUMNS, APART_M, NEAREST_M = 5, 8, 5.0, 35.0
 SPHERE_RADIUS_M, BODY = 0.5, Surface(cd=0.5, cs=0.25, sigma_deg=15.0)
+BOULDERS, BOULDER_RADII_M, BOULDERS_FROM_TO_M, BOULDERS_ASIDE = 45, (0.2, 1.5), (15.0, 95.0), 0.75
+"""How many, how large, how far ahead, and within which bearing, rad."""
+STONE = Surface(cd=0.3, cs=0.1, sigma_deg=15.0)
+QUAY_EAST_M, QUAY_LONG_M, QUAY_HIGH_M = 12.0, 110.0, 12.0
+PILES, PILES_EAST_M, PILES_APART_M, FIRST_PILE_M, PILE_RADIUS_M = 12, 8.0, 7.0, 15.0, 0.35
 DOWN_M, SPEED = 20.0, 0.5
 """Of vehicle and many spheres, and the vehicle's speed towards them, m/s."""
 
@@ -110,6 +116,36 @@ def spheres(file: SceneFile, *, over_bed: bool) -> SceneFile:
     return msgspec.structs.replace(file, vehicle=vehicle, objects=bodies, sea_bed=bed, image=image)
 
 
+def boulders(file: SceneFile) -> SceneFile:
+    """Return a scene with boulders of many sizes, half sunk, and nothing else; the same in all seeds."""
+    rng, bottom_m = np.random.default_rng(1), DOWN_M if file.sea_bed is None else file.sea_bed.depth_m
+    bodies = []
+    for number in range(BOULDERS):
+        radius_m = float(np.exp(rng.uniform(*np.log(BOULDER_RADII_M))))
+        bearing, away_m = rng.uniform(-BOULDERS_ASIDE, BOULDERS_ASIDE), rng.uniform(*BOULDERS_FROM_TO_M)
+        place = float(away_m * np.cos(bearing)), float(away_m * np.sin(bearing)), bottom_m - 0.5 * radius_m
+        bodies.append(Sphere(name=f"boulder {number}", position_ned=place, radius_m=radius_m, surface=STONE))
+    return msgspec.structs.replace(file, objects=bodies)
+
+
+def quay(file: SceneFile) -> SceneFile:
+    """Return a scene with a wall along the course, to starboard, and a row of piles before it."""
+    middle = 0.5 * QUAY_LONG_M, QUAY_EAST_M, DOWN_M
+    wall = Plane(name="quay", position_ned=middle, normal_ned=(0.0, -1.0, 0.0), width_m=QUAY_LONG_M,
+                 height_m=QUAY_HIGH_M, surface=STONE)  # fmt: skip
+    piles = [
+        Cylinder(
+            name=f"pile {number}",
+            position_ned=(FIRST_PILE_M + PILES_APART_M * number, PILES_EAST_M, DOWN_M),
+            radius_m=PILE_RADIUS_M,
+            length_m=QUAY_HIGH_M,
+            surface=STONE,
+        )
+        for number in range(PILES)
+    ]
+    return msgspec.structs.replace(file, objects=[wall, *piles])
+
+
 def _sonar(name: str, *scenes: str) -> list[Kind]:
     return [Kind(f"{name} {scene}", scene, ON_TIME, sonar=name) for scene in scenes]
 
@@ -125,6 +161,9 @@ KINDS = [
     *[Kind(f"second way {g:g} dB", "gentle", MARKED, partial(second_way, gain_db=g)) for g in (-12.0, -20.0)],
     Kind("40 spheres", "gentle", COVERED, partial(spheres, over_bed=False)),
     Kind("40 spheres, rocky", "rocky", COVERED, partial(spheres, over_bed=True)),
+    Kind("boulders", "gentle", ON_TIME, boulders),
+    Kind("boulders, 3 planes", "gentle", ON_TIME, boulders, sonar="seabat6012_3plane"),
+    Kind("quay", "gentle", ON_TIME, quay),
     Kind("pose noise", "gentle", "NEES 0.5 to 2", noise=PoseNoise(0.1, 0.5, 0.2)),
 ]
 

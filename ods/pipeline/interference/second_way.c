@@ -14,10 +14,13 @@
 /* So many bodies show a way that is not known yet, and so large a share of those whose echo by it is to be heard. */
 #define FEWEST 2
 #define SHARE 0.6
+/* Bodies stand behind bodies: at any difference as many show one by chance as pairs at others let expect (Poisson), and it
+   is no way where one of all differences would have so many with a greater probability than this. */
+#define CHANCE 0.01
 
 /* An echo's place and level. */
 typedef struct {
-    double near_m, bearing_rad, snr_db, level_db;
+    double near_m, end_m, bearing_rad, snr_db, level_db;
 } Heard;
 
 /* A body and an echo that may be its own. */
@@ -25,6 +28,18 @@ typedef struct {
     int64_t body, echo;
     double later_m;
 } Pair;
+
+static bool is_in_direction(Heard a, Heard b) { return fabs(a.bearing_rad - b.bearing_rad) <= SAME_RAD; }
+
+/* Whether an echo begins within a louder one: another plane sees the same body. */
+static bool is_seen_louder(const Heard *echoes, int64_t count, Heard echo)
+{
+    for (int64_t k = 0; k < count; k++)
+        if (echoes[k].level_db > echo.level_db && is_in_direction(echoes[k], echo)
+            && echo.near_m >= echoes[k].near_m - SAME_M && echo.near_m <= echoes[k].end_m)
+            return true;
+    return false;
+}
 
 /* Fills bodies with the numbers of the bodies among echoes; returns how many there are. */
 static int64_t find_bodies(const Heard *echoes, int64_t count, int64_t *bodies)
@@ -34,20 +49,21 @@ static int64_t find_bodies(const Heard *echoes, int64_t count, int64_t *bodies)
     for (int64_t k = 0; k < count; k++)
         loudest_db = larger(loudest_db, echoes[k].snr_db);
     for (int64_t k = 0; k < count && found < MOST_BODIES; k++)
-        if (echoes[k].snr_db >= loudest_db - BODY_DB)
+        if (echoes[k].snr_db >= loudest_db - BODY_DB && !is_seen_louder(echoes, count, echoes[k]))
             bodies[found++] = k;
     return found;
 }
 
-/* Fills pairs with the bodies and fainter echoes behind them, by the bodies; returns how many there are. */
-static int64_t find_pairs(const Heard *echoes, int64_t count, const int64_t *bodies, int64_t of_bodies, Pair *pairs)
+/* Fills pairs with the bodies and fainter echoes up to most_m behind them, by the bodies; returns how many there are. */
+static int64_t find_pairs(const Heard *echoes, int64_t count, const int64_t *bodies, int64_t of_bodies, double most_m,
+                          Pair *pairs)
 {
     int64_t found = 0;
     for (int64_t i = 0; i < of_bodies; i++)
         for (int64_t k = 0; k < count; k++) {
             const Heard body = echoes[bodies[i]], echo = echoes[k];
-            if (body.level_db - echo.level_db >= FAINTER_DB && fabs(echo.bearing_rad - body.bearing_rad) <= SAME_RAD
-                && echo.near_m > body.near_m)
+            if (body.level_db - echo.level_db >= FAINTER_DB && is_in_direction(echo, body)
+                && echo.near_m > body.end_m && echo.near_m - body.near_m <= most_m)
                 pairs[found++] = (Pair){bodies[i], k, echo.near_m - body.near_m};
         }
     return found;
@@ -55,8 +71,8 @@ static int64_t find_pairs(const Heard *echoes, int64_t count, const int64_t *bod
 
 /* What a ping's bodies say of a way: so many show it, of so many whose echo by it is to be heard. */
 typedef struct {
-    int64_t shown, expected;
-    double weaker_db; /* by so much echoes are weaker */
+    int64_t shown, expected, others; /* others: pairs at other differences */
+    double weaker_db;                /* by so much echoes are weaker */
 } Said;
 
 /* A way that is looked for. */
@@ -81,13 +97,15 @@ static double weaker_by(const Heard *echoes, const Pair *pairs, int64_t count, W
 static Said said_by(const Heard *echoes, const int64_t *bodies, int64_t of_bodies, const Pair *pairs, int64_t count,
                     Way way, bool *marks)
 {
-    Said said = {0, 0, weaker_by(echoes, pairs, count, way)};
+    Said said = {0, 0, 0, weaker_by(echoes, pairs, count, way)};
     const double usual_db = isnan(way.weaker_db) ? said.weaker_db : way.weaker_db;
     for (int64_t i = 0; i < of_bodies; i++)
         marks[bodies[i]] = false;
     for (int64_t p = 0; p < count; p++)
         if (is_by(way, pairs[p]))
             marks[pairs[p].echo] = true; /* it is no body then */
+        else
+            said.others++;
     for (int64_t i = 0, p = 0; i < of_bodies; i++) {
         const Heard body = echoes[bodies[i]];
         bool shows = false;
@@ -101,13 +119,20 @@ static Said said_by(const Heard *echoes, const int64_t *bodies, int64_t of_bodie
     return said;
 }
 
+/* Whether so many bodies show a way that other pairs, over most_m of differences, do not let it be chance. */
+static bool is_no_chance(Said said, double most_m)
+{
+    const double by_chance = (double)said.others * 2.0 * SAME_M / most_m, shown = (double)said.shown;
+    return said.shown >= FEWEST && exp(shown * log(by_chance) - lgamma(shown + 1.0)) * most_m / (2.0 * SAME_M) < CHANCE;
+}
+
 /* Adds the echoes to those that were heard. a_count: what a count of amplitude is worth, dB; 0: it is linear. */
 static void add(const Echo *echoes, int64_t count, double a_count, Heard *heard)
 {
     for (int64_t k = 0; k < count; k++) {
         const Echo *e = &echoes[k];
         const double level_db = a_count > 0.0 ? e->amplitude * a_count : 20.0 * log10(larger(e->amplitude, 1e-6));
-        heard[k] = (Heard){e->near_m, e->bearing_rad, e->snr_db, level_db};
+        heard[k] = (Heard){e->near_m, e->near_m + e->range_extent_m, e->bearing_rad, e->snr_db, level_db};
     }
 }
 
@@ -128,12 +153,13 @@ KERNEL_FLOAT(vote_for_ways, ECHO "[found] echoes, " ECHO "[few] faint, float a_c
     add(ARRAY(const Echo, 0), SIZE(0, 0), FLOAT(2), heard);
     add(ARRAY(const Echo, 1), SIZE(1, 0), FLOAT(2), heard + SIZE(0, 0));
     const int64_t of_bodies = find_bodies(heard, count, bodies);
-    const int64_t of_pairs = find_pairs(heard, count, bodies, of_bodies, pairs);
+    const double most_m = (double)steps * FLOAT(5);
+    const int64_t of_pairs = find_pairs(heard, count, bodies, of_bodies, most_m, pairs);
     for (int64_t k = 0; k < steps; k++) {
         const bool known = reported[k] || (k > 0 && reported[k - 1]) || (k + 1 < steps && reported[k + 1]);
         const Way way = {(double)(k + 1) * FLOAT(5), reported[k] ? weaker_db[k] : NAN, FLOAT(3), FLOAT(4)};
         const Said said = said_by(heard, bodies, of_bodies, pairs, of_pairs, way, marks);
-        if (said.shown >= (known ? 1 : FEWEST) && (double)said.shown >= SHARE * (double)said.expected) {
+        if ((known ? said.shown > 0 : is_no_chance(said, most_m)) && (double)said.shown >= SHARE * (double)said.expected) {
             votes[k] += FLOAT(6) * (1.0 - votes[k]);
             weaker_db[k] += (reported[k] ? FLOAT(6) : 1.0) * (said.weaker_db - weaker_db[k]);
         } else {

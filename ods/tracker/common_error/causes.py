@@ -17,7 +17,9 @@ FEWEST_BESIDE = 4
 OWN_WAY = 2.0
 """Least ratio by which an error reduces the mean square of the residuals."""
 SIGNIFICANT = 5.0
-"""Standard deviations."""
+"""Standard deviations from which on an error is certain,"""
+SURELY = 3.0
+"""and by which it must be over its limit."""
 LEFT = 6.0
 """Mean square of what an explanation may leave, in units of what the echoes claim."""
 ALIKE = 0.9
@@ -68,10 +70,10 @@ class Finding(NamedTuple):
         """Of it."""
         return float(np.linalg.norm(self.fit.sigma[: len(self.cause.judged)]))
 
-    @property
-    def is_too_much(self) -> bool:
-        """The list is not valid with it."""
-        return abs(self.value) > self.cause.limit
+    def is_too_much(self, speed: float) -> bool:
+        """Return whether the list is not valid with it; speed: the vehicle's, m/s."""
+        limit = max(self.cause.limit, speed if self.cause is DRIFT else 0.0)
+        return abs(self.value) - SURELY * self.sigma > limit
 
     def __str__(self) -> str:
         """Say it in plain words."""
@@ -114,8 +116,9 @@ def _drift(value: float, sigma: float) -> str:
     return f"static objects seem to move by {value:.2f} +- {sigma:.2f} m/s: does the INS's position drift?"
 
 
-DRIFT = Cause((NORTH, EAST), (), 0.1, math.inf, 5.0, _drift)
-"""Movers alike may be a convoy, or buoys in a current: never a reason."""
+DRIFT = Cause((NORTH, EAST), (), 0.1, 0.5, 5.0, _drift)
+"""Movers alike may be a convoy, or buoys in a current, if they are slower than the vehicle: a range in another unit, or
+a heading far off, moves all that is static by more than the vehicle's own way."""
 FASTEST_TURN = math.radians(0.5)
 """With a faster one places are off by more than they claim, within seconds. No movers turn about us."""
 FAST_TURN = Cause((TURN,), (NORTH, EAST), math.radians(0.2), FASTEST_TURN, math.radians(20.0), _turn)
