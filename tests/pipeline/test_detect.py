@@ -4,10 +4,10 @@ from hypothesis import given, settings, strategies as st
 from scipy import ndimage
 
 from ods.base.arrays import AnyArray, Image, Ints32
+from ods.pipeline.detect.grouping import level_of_strongest
 from ods.pipeline.detect.levels import two_level
 from ods.pipeline.detect.noise import background_and_noise
 from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
-from ods.pipeline.detect.strongest import level_of_strongest
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.no_data import ALL_DATA
 from ods.pipeline.image.recorded import Recorded, paint
