@@ -1,4 +1,4 @@
-"""`python -m benchmarks.circle_laws ods/pipeline/measure/laws.py`: fit the laws of circles' sigmas, and write them.
+"""`python -m benchmarks.circle_laws`: fit the laws of circles' sigmas, and write them.
 
 Bodies of the kinds of benchmarks/circles.py are drawn at random and looked at through the default chain, by fans of
 wide beams and, at short ranges, of fine ones; some images have little speckle, as sonars that average theirs, or none.
@@ -11,7 +11,6 @@ near edge, radius and place across they do not: of spheres over these beds alone
 """
 
 import argparse
-import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -24,6 +23,7 @@ from benchmarks.fitted_layers import Layers, beginning, fitted
 from benchmarks.heard_echoes import Seen, heard
 from ods.base.arrays import Floats
 from ods.pipeline.chain import Chain
+from ods.pipeline.measure.echoes import LAWS
 from ods.pipeline.settings import PipelineSettings
 
 SHARES = {"front": 0.3, "disc": 0.2, "half": 0.12, "plate": 0.18, "point": 0.2}
@@ -53,17 +53,6 @@ CLAIMED, RANGE = [0, 2, 3], [1]
 """Which of the errors the two laws are of."""
 WITHOUT_CONTRAST = -1
 """Features of the first of them: all but the last one."""
-LINE = 110
-"""Characters of a line of laws.py."""
-HEAD = '''\
-"""The laws of circles' sigmas, not written by hand: `python -m benchmarks.circle_laws ods/pipeline/measure/laws.py`."""
-
-import numpy as np
-
-from ods.base.arrays import Floats
-
-# fmt: off
-'''
 
 
 def scenes(rng: np.random.Generator, count: int) -> Iterator[tuple[int, Case, int]]:
@@ -96,7 +85,7 @@ def seen_of(rng: np.random.Generator, count: int) -> Iterator[Seen]:
 
 
 class Laws(NamedTuple):
-    """What laws.py holds."""
+    """What laws.npz holds."""
 
     sigmas: Layers
     """Of near edge, radius and place across."""
@@ -126,33 +115,24 @@ def errors(seen: Seen) -> tuple[float, float, float, float]:
     return near, centre, radius, beside
 
 
-def module_of(laws: Laws) -> str:
-    """Return the text of laws.py."""
-    text = HEAD
-    for name, law in zip(("SIGMAS", "RANGE"), laws, strict=True):
-        for part, factors in zip(("HIDDEN", "OUT"), law, strict=True):
-            text += f"{name}_{part}: Floats = np.array([\n" + "".join(map(_row, factors)) + "])\n"
-    return text
-
-
-def _row(factors: Floats) -> str:
-    """Return the lines of a row of factors."""
-    row = "[" + ", ".join(f"{value:.4g}" for value in factors) + "],"
-    return textwrap.indent(textwrap.fill(row, LINE, break_long_words=False, break_on_hyphens=False), "    ") + "\n"
+def save(laws: Laws, path: Path) -> None:
+    """Write laws.npz."""
+    np.savez(path, **{f"{name}_{part}": getattr(law, part) for name, law in laws._asdict().items()
+                      for part in Layers._fields})  # fmt: skip
 
 
 def main() -> None:
     """Write the laws."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("module", type=Path, help="the file that is written")
+    parser.add_argument("--out", type=Path, default=LAWS, metavar="LAWS.npz", help="the file that is written")
     parser.add_argument("--bodies", type=int, default=16000, help="that are drawn")
     parser.add_argument("--beds", type=int, default=160, help="scenes with spheres that are drawn")
     parser.add_argument("--seed", type=int, default=6)
     args = parser.parse_args()
     seen = list(seen_of(np.random.default_rng(args.seed), args.bodies))
     over_beds = list(seen_over_beds(np.random.default_rng([args.seed, 2]), args.beds))
-    args.module.write_text(module_of(laws_of(seen, over_beds, np.random.default_rng([args.seed, 1]))))
-    print(f"{args.module}: {len(seen)} of {args.bodies} bodies found, {len(over_beds)} echoes over sea-beds")
+    save(laws_of(seen, over_beds, np.random.default_rng([args.seed, 1])), args.out)
+    print(f"{args.out}: {len(seen)} of {args.bodies} bodies found, {len(over_beds)} echoes over sea-beds")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """`python -m benchmarks.house`: figures of how hard the code is to follow, none of which is met by cutting.
 
 Hand-set constants a package: numbers in Python's modules and in the defaults of named tuples, and in C's defines; what
-a user may set (`Settings`) and laws that a benchmark fitted are not counted. Walks: the files, Python and C, that the
+a user may set (`Settings`) is not counted. Walks: the files, Python and C, that the
 work goes through, and how often it comes to one (stays) and comes back to one (returns), after a warm-up: of a ping
 through the default chain, of a pose from its last CAN frame to the tracker, of a scan with objects and false alarms
 through the tracker's step.
@@ -35,7 +35,6 @@ from tests.nav_bridge.canopen_samples import IDS, PERIOD, Bench, pdos
 ROOT = Path(__file__).resolve().parents[1] / "ods"
 DEFINED = re.compile(r"^#define [A-Z][A-Z0-9_]* +\(?-?[0-9]", re.MULTILINE)
 KERNEL = re.compile(r"^(?:LONG_)?KERNEL(?:_[A-Z]+)?\(\s*(\w+)", re.MULTILINE)
-FITTED = ("laws.py",)
 WARM_UP = 30
 """Pings, epochs or scans before the one that is followed."""
 SPACING_NS = 250_000
@@ -45,8 +44,6 @@ SPACING_NS = 250_000
 def constants(path: Path) -> int:
     """Return how many numbers a file sets by hand."""
     text = path.read_text(encoding="utf-8")
-    if path.name in FITTED:
-        return 0
     if path.suffix in (".c", ".h"):
         return len(DEFINED.findall(text))
     found = 0

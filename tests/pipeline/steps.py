@@ -1,4 +1,4 @@
-"""Single stages of the pipeline on images."""
+"""Single stages of the pipeline, and measuring, on images."""
 
 from collections.abc import Callable
 
@@ -9,14 +9,19 @@ from ods.base.settings import Settings
 from ods.pipeline import built_in  # noqa: F401  it registers the stages
 from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fan import Fan
+from ods.pipeline.image.recorded import Recorded
+from ods.pipeline.image.regions import RUN, Regions
+from ods.pipeline.measure.echoes import Measured, measure
 from ods.pipeline.stage.registry import find_stage
 from ods.pipeline.stage.step import AS_STEP, PingContext
+from tests.pipeline.pings import fan_bearings
 
 RunStage = Callable[..., Image]
 """run(image, ping=...): what the stage makes of an image, NaN where it writes nothing."""
 
 
 STANDING_STILL = PingContext(0, None)
+DR_M = 0.05
 
 
 def stage_on_images(use: str, fan: Fan, params: Settings | None = None) -> RunStage:
@@ -32,3 +37,12 @@ def stage_on_images(use: str, fan: Fan, params: Settings | None = None) -> RunSt
         return buffers.front.copy()
 
     return run
+
+
+def measured(image: Image, runs: list[tuple[int, int, int]]) -> Measured:
+    """Return what is measured of one region of an image (beams, columns): its beams, first columns and those behind."""
+    beams, columns = image.shape
+    fan = Fan(fan_bearings(beams), np.full(beams, np.radians(1.5)), columns, 1.0, DR_M)
+    region = np.array([(*run, 1) for run in runs], RUN)
+    image = np.ascontiguousarray(image, np.float32)
+    return measure(image, Regions(region, int(region.size > 0), 1.0), Recorded(image, np.arange(columns), 1), fan)

@@ -4,26 +4,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from scipy.ndimage import gaussian_filter1d
 
 from benchmarks import bed_spheres, circle_laws, circles
 from benchmarks.fitted_layers import Layers, beginning, fitted, variance_loss
 from ods.assess.sea.assessment import shipped_folder
 from ods.assess.sea.run import head_at, images_of, scene_with_seed
-from ods.base.arrays import Floats
+from ods.base.arrays import Image
 from ods.pipeline.chain import Chain
-from ods.pipeline.measure import laws
-from ods.pipeline.measure.circle import Shape
-from ods.pipeline.measure.depth import Depth
-from ods.pipeline.measure.echoes import ECHO
-from ods.pipeline.measure.features import Features, features_of
-from ods.pipeline.measure.response import point_width
-from ods.pipeline.measure.sigmas import outputs_of, sigmas_of
+from ods.pipeline.measure.echoes import LAWS
+from ods.pipeline.measure.features import Features
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.by_name import find_sonar
+from tests.pipeline.steps import DR_M, measured
 
 INPUTS = len(Features._fields)
-LENGTHS = st.floats(0.0, 1e4)
 
 
 @pytest.mark.parametrize("kind", ["front", "disc", "plate"])
@@ -60,43 +55,45 @@ def test_errors_over_a_sea_bed_are_as_large_as_is_claimed() -> None:
         assert 0.5 < np.minimum(np.square(normalized), circles.GATE_SIGMAS**2).mean() < most
 
 
-@given(
-    lengths=st.tuples(LENGTHS, LENGTHS, LENGTHS, LENGTHS, LENGTHS), shares=st.tuples(*[st.floats(0.0, 1.0)] * 3),
-    levels=st.tuples(st.floats(0.0, 1e12), st.floats(0.0, 1e12)), cells=st.integers(1, 1_000_000),
-    beams=st.integers(1, 2048), columns=st.floats(1.0, 50.0), dr_m=st.floats(1e-3, 1.0),
-)  # fmt: skip
-def test_every_echo_has_finite_sigmas_and_none_below_the_columns(
-    lengths: tuple[float, ...], shares: tuple[float, ...], levels: tuple[float, float], cells: int, beams: int,
-    columns: float, dr_m: float,
-) -> None:  # fmt: skip
-    radius, rise, long, wide, blur = lengths
-    echo = np.zeros(1, ECHO)[0]
-    echo["near_m"], echo["range_m"], echo["radius_m"] = wide, wide + long, radius
-    echo["peak"], echo["mean"], echo["cells"], echo["range_extent_m"] = max(levels), min(levels), cells, long
-    depth = Depth(wide, wide + long, rise, 3.0 * shares[0] - 1.0, shares[1], 0.0)
-    shape = Shape(shares[1], shares[2], long, wide, blur, beams, max(levels), rise)
-    features = features_of(echo, depth, shape, columns * dr_m, dr_m)
-    assert np.isfinite(features).all()
-    near, along, size, bearing = sigmas_of(features, columns * dr_m, shape.beside_m, wide + long, dr_m)
-    across = bearing * max(wide + long, 1e-3)
-    assert np.isfinite((near, along, size, across)).all()
-    assert min(near, along, size, across) > 0.28 * dr_m  # 1/sqrt(12): what is rounded to whole columns
-    assert across <= max(shape.beside_m, 0.29 * dr_m) * (1.0 + 1e-9)
+def echo_of(seed: int) -> tuple[Image, list[tuple[int, int, int]]]:
+    """Draw an image of filtered speckle, and an echo in it of beams that lie side by side, of any levels and extent."""
+    rng = np.random.default_rng(seed)
+    image = np.abs(gaussian_filter1d(rng.normal(size=(40, 300)), rng.uniform(0.5, 3.0), axis=1)).astype(np.float32)
+    image /= np.median(image)
+    beam, column = int(rng.integers(3, 20)), int(rng.integers(20, 120))
+    runs = []
+    for k in range(int(rng.integers(1, 15))):
+        first = column + int(rng.integers(0, 8))
+        runs.append((beam + k, first, first + 9 + int(10.0 ** rng.uniform(0.0, 2.0))))
+        row = image[beam + k, first : runs[-1][2]]
+        row += 10.0 ** rng.uniform(0.0, 6.0) * rng.exponential(size=row.size).astype(np.float32)
+    return image, runs
 
 
-@pytest.mark.parametrize(
-    ("hidden", "out", "inputs"),
-    [(laws.SIGMAS_HIDDEN, laws.SIGMAS_OUT, INPUTS - 1), (laws.RANGE_HIDDEN, laws.RANGE_OUT, INPUTS)],
-    ids=["all but the contrast", "all"],
-)
-def test_a_law_is_two_layers(hidden: Floats, out: Floats, inputs: int) -> None:
-    rng = np.random.default_rng(1)
-    assert hidden.shape[0] == inputs + 1
-    for features in rng.normal(0.0, 1.0, (20, INPUTS)):
-        bent = np.tanh(np.append(features[:inputs], 1.0) @ hidden)
-        expected = np.append(bent, 1.0) @ out
-        told = outputs_of(Features(*features.tolist()), hidden, out)
-        np.testing.assert_allclose(told, expected, rtol=1e-9, atol=1e-9)
+def test_every_echo_has_finite_sigmas_and_none_below_the_columns() -> None:
+    for seed in range(200):
+        told = measured(*echo_of(seed))
+        assert np.isfinite(told.features).all()
+        echo = told.echoes[0]
+        across = echo["sigma_bearing_rad"] * echo["range_m"]
+        claimed = [echo["sigma_near_m"], echo["sigma_range_m"], echo["sigma_radius_m"], across]
+        assert np.isfinite(claimed).all()
+        assert min(claimed) > 0.28 * DR_M  # 1/sqrt(12): what is rounded to whole columns
+
+
+def test_a_law_is_two_layers() -> None:
+    """That of the radius, all but the contrast, and that of the range."""
+    with np.load(LAWS) as laws:
+        sigmas, along = (Layers(laws[f"{name}_hidden"], laws[f"{name}_out"]) for name in ("sigmas", "range"))
+    for seed in range(60):
+        told = measured(*echo_of(seed))
+        echo = told.echoes[0]
+        near, radius, _ = told.point * DR_M * np.exp(0.5 * sigmas.outputs(told.features[:, :-1])[0])
+        (deep,) = told.point * DR_M * np.exp(0.5 * along.outputs(told.features)[0])
+        least = DR_M / np.sqrt(12.0)
+        assert echo["sigma_radius_m"] == pytest.approx(max(radius, least), rel=1e-3)
+        assert echo["sigma_range_m"] == pytest.approx(max(deep, least, echo["sigma_near_m"]), rel=1e-3)
+        assert echo["sigma_near_m"] >= max(near, least) * (1.0 - 1e-3)
 
 
 @pytest.mark.parametrize("sigma", [1.0, 1.5, 2.5])
@@ -109,13 +106,13 @@ def test_width_of_a_point_is_that_of_the_filter(sigma: float) -> None:
     offset = np.arange(-12, 13)
     weights = np.exp(-0.5 * (offset / sigma) ** 2)
     rows = [np.convolve(row, weights / weights.sum(), "valid") for row in rng.exponential(size=(64, 1500))]
-    width = point_width(np.array(rows, np.float32), 1.0)
+    width = measured(np.array(rows, np.float32), []).point
     assert width == pytest.approx(np.sqrt(8.0 * np.log(2.0)) * sigma, rel=0.22)
 
 
 @pytest.mark.parametrize("level", [0.0, 1.0, 100.0])
 def test_an_image_without_speckle_has_points_of_one_column(level: float) -> None:
-    assert point_width(np.full((16, 300), level, np.float32), 1.0) == 1.0
+    assert measured(np.full((16, 300), level, np.float32), []).point == 1.0
 
 
 def test_fitted_variances_are_those_that_errors_were_drawn_with() -> None:
@@ -143,8 +140,10 @@ def test_the_command_draws_the_same_bodies_and_writes_what_can_be_read(tmp_path:
     rng = np.random.default_rng(6)
     sigmas = Layers(rng.normal(size=(INPUTS, 24)), rng.normal(size=(25, 3)))
     along = Layers(rng.normal(size=(INPUTS + 1, 24)), rng.normal(size=(25, 1)))
-    names: dict[str, Floats] = {}
-    exec(circle_laws.module_of(circle_laws.Laws(sigmas, along)), names)
-    for name, law in (("SIGMAS", sigmas), ("RANGE", along)):
-        np.testing.assert_allclose(names[f"{name}_HIDDEN"], law.hidden, rtol=1e-3)
-        np.testing.assert_allclose(names[f"{name}_OUT"], law.out, rtol=1e-3)
+    circle_laws.save(circle_laws.Laws(sigmas, along), tmp_path / "laws.npz")
+    with np.load(tmp_path / "laws.npz") as written, np.load(LAWS) as shipped:
+        assert {name: array.shape for name, array in written.items()} == {
+            name: array.shape for name, array in shipped.items()
+        }
+        np.testing.assert_array_equal(written["sigmas_hidden"], sigmas.hidden)
+        np.testing.assert_array_equal(written["range_out"], along.out)

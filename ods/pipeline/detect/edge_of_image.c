@@ -1,4 +1,4 @@
-/* Echoes at the image's border: which regions are strong enough there (edge_of_image.py). */
+/* Echoes at the image's border: which regions are strong enough there (grouping.py). */
 
 #include "ods/pipeline/detect/inside.h"
 #include "ods/pipeline/detect/rise.h"

@@ -6,11 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Image, Mask
-from ods.pipeline.detect.edge_of_image import strong_at_border
+from ods.compiled import native
 from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.detect.rise import NO_RISE, Rise, levelled
 from ods.pipeline.detect.split import split_regions
-from ods.pipeline.detect.strongest import level_of_strongest, strong_as_recorded
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Judged, Regions, Runs, chosen_runs
@@ -58,14 +57,21 @@ class Grouping:
         return Regions(runs, count, background, Judged(lambda: levelled(image, rise), low, high))
 
     def _strong(self, image: Image, recorded: Recorded, regions: Regions, levels: DetectionLevels) -> Mask:
-        """Return (total,) bool: regions strong enough at the border, and by their recorded samples."""
+        """Return (total,) bool: regions strong enough at the border, and by their recorded samples.
+
+        A filter mirrors the image at its border, so half of its samples count twice, and its noise has up to twice the
+        power that it has elsewhere; equalizers, too, know only one side. They also lift what is nearly silent, so an
+        echo has a sample among the strongest recorded ones.
+        """
         params, (_, high, background, rise) = self._params, levels
-        strong = np.ones(regions.total, np.bool_)
+        strong, found = np.ones(regions.total, np.bool_), np.empty(regions.total, np.bool_)
         if params.border > 1.0:
             raised = background + params.border * (high - background)
-            strong &= strong_at_border(image, regions, high, raised, rise)
+            native.strong_at_border(image, regions.runs, high, raised, rise, found)
+            strong &= found
         if params.strongest < 1.0:
-            strong &= strong_as_recorded(recorded, regions, level_of_strongest(recorded, params.strongest))
+            native.strong_as_recorded(recorded, regions.runs, level_of_strongest(recorded, params.strongest), found)
+            strong &= found
         return strong
 
 
@@ -91,3 +97,12 @@ def of_size(runs: Runs, wanted: Callable[[Runs], bool]) -> tuple[Runs, int]:
     for number, part in enumerate(kept, 1):
         part["region"] = number
     return (np.concatenate(kept) if kept else runs[:0]), len(kept)
+
+
+def level_of_strongest(recorded: Recorded, share: float) -> float:
+    """Return the level that this share of the recorded samples that hold data reaches; 0 where none does.
+
+    Looked at are some of them, evenly spread, in steps that never fall in with the rows.
+    """
+    level: float = native.level_of_strongest(recorded, share)
+    return level

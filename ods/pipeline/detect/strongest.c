@@ -1,32 +1,11 @@
-/* Echoes that reach the strongest of the recorded samples (strongest.py). */
+/* Echoes that reach the strongest of the recorded samples (grouping.py). */
 
 #include "ods/pipeline/detect/inside.h"
+#include "ods/pipeline/image/looked_at.h"
 #include "ods/pipeline/image/recorded.h"
 
 /* Samples that the strongest share is measured on. */
 #define LOOKED_AT 4096
-
-/* Fills out, (2 LOOKED_AT,), with recorded samples that hold data, evenly spread, in steps that never fall in with the
-   rows; returns how many. */
-static int64_t some_samples(Recorded recorded, float *out)
-{
-    const int64_t samples = recorded.samples.samples, size = recorded.beams * samples;
-    const int64_t step = larger_i(size / LOOKED_AT, 1) | 1;
-    int64_t count = 0, j = 0;
-    for (int64_t b = 0; b < recorded.beams; b++) {
-        const int64_t here = j < samples ? (samples - j + step - 1) / step : 0;
-        load_samples(recorded.samples, b, j, step, here, out + count);
-        if (recorded.missing.marks == NULL)
-            count += here;
-        else
-            for (int64_t k = 0, begin = count; k < here; k++) {
-                out[count] = out[begin + k];
-                count += !is_missing(recorded.missing, b, j + step * k);
-            }
-        j += step * here - samples;
-    }
-    return count;
-}
 
 /* Fills keys with numbers that are in the order of the values: counts, or the bits of floats. */
 static void keys_of(const float *restrict values, int64_t count, bool are_counts, int32_t *restrict keys)
@@ -60,14 +39,14 @@ KERNEL_FLOAT(level_of_strongest, RECORDED ", float share")
 {
     const Recorded recorded = recorded_at(arguments);
     const bool are_counts = recorded.samples.type != 'f';
-    float *values = SCRATCH(float, 2 * LOOKED_AT);
-    const int64_t count = some_samples(recorded, values);
+    const LookedAt some = look_at(recorded.samples, recorded.beams, 0, LOOKED_AT, &recorded.missing);
+    const int64_t count = some.count;
     if (count == 0)
         return 0.0;
     int32_t *keys = SCRATCH(int32_t, count);
     const double others = smaller(larger(1.0 - FLOAT(RECORDED_ARGUMENTS), 0.0) * (double)count, (double)(count - 1));
     const int64_t rank = (int64_t)others;
-    keys_of(values, count, are_counts, keys);
+    keys_of(some.values, count, are_counts, keys);
     if (are_counts)
         return key_at(keys, count, rank, 0, 16);
     int32_t key = key_at(keys, count, rank, INT32_MIN, 32);

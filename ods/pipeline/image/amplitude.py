@@ -8,16 +8,20 @@ An integer count c stands for amplitudes from c to c + 1, so linear counts are t
 then a flat row, and one stray count in it is not infinitely above its surroundings.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import AnyArray, Floats, Floats32, Image
 from ods.compiled import native
-from ods.messages import Scale
+from ods.messages import Ping, SampleType, Scale
 
 MAX_AMPLITUDE = 1e15
 """Larger amplitudes are clipped, so that squares and sums of a whole image stay finite in float32."""
+
+FULL_SCALE: dict[SampleType, float] = {"u1": 255.0, "u2": 65535.0, "f4": math.inf}
+"""Highest sample of each type."""
 
 AmplitudeTable = Floats32
 """(256,) or (65536,) linear amplitude of each count."""
@@ -87,3 +91,10 @@ def average_counts(frame: AnyArray, columns: Decimation, out: AnyArray) -> None:
 def mean_offset(stride: int) -> np.float32:
     """Return what makes amplitudes of `average_counts`: half a count, and what rounding down takes on average."""
     return np.float32(0.5 + 0.5 * (stride - 1) / stride)
+
+
+def db_a_count(ping: Ping) -> float:
+    """Return what a count is worth where counts are logarithms, dB; 0 where they are not."""
+    if ping.scale == "linear":
+        return 0.0
+    return 20.0 / ping.scale_factor if ping.scale == "log8" else ping.scale_factor

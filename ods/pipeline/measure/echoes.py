@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from struct import Struct
 from typing import NamedTuple
 
@@ -14,7 +15,6 @@ from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
 from ods.pipeline.measure.features import Features
-from ods.pipeline.measure.sigmas import LAWS
 from ods.pipeline.stage.params import NotANumberError
 
 ECHO = np.dtype(
@@ -51,6 +51,11 @@ ROW = Struct("6dq9d?7x5d")
 
 EchoTable = NDArray[np.void]
 """(regions,) of ECHO."""
+
+LAWS = Path(__file__).with_name("laws.npz")
+"""Of the standard deviations of circles (sigmas.h), by `python -m benchmarks.circle_laws`."""
+with np.load(LAWS) as _arrays:
+    _LAWS = tuple(_arrays[name] for name in ("sigmas_hidden", "sigmas_out", "range_hidden", "range_out"))
 NO_ECHOES: EchoTable = np.empty(0, ECHO)
 
 
@@ -103,7 +108,7 @@ def measure_echoes(image: Image, regions: Regions, recorded: Recorded, fan: Fan)
 def measure(image: Image, regions: Regions, recorded: Recorded, fan: Fan) -> Measured:
     """Return the same, with the features of each echo. Raises NotANumberError."""
     echoes, features = np.zeros(regions.total, ECHO), np.zeros((regions.total, len(Features._fields)))
-    point = native.measure_echoes(image, regions.runs, regions.background, recorded, fan.table, LAWS, echoes, features)
+    point = native.measure_echoes(image, regions.runs, regions.background, recorded, fan.table, _LAWS, echoes, features)
     if math.isnan(point):
         raise NotANumberError
     return Measured(echoes, features, point)

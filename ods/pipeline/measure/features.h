@@ -1,6 +1,6 @@
 /* The numbers, without units, that tell how well an echo's circle is known (features.py lists them).
 
-   Each is held to what echoes of bodies have: beyond, the law (laws.py) says what it says at the border. */
+   Each is held to what echoes of bodies have: beyond, the law (laws.npz) says what it says at the border. */
 
 #ifndef ODS_FEATURES_H
 #define ODS_FEATURES_H

@@ -1,15 +1,9 @@
 """Dimensionless features that determine how well an echo's circle is known.
 
-Each is held to what echoes of bodies have: beyond, the law (laws.py) says what it says at the border.
+Each is held to what echoes of bodies have: beyond, the law (laws.npz) says what it says at the border.
 """
 
 from typing import NamedTuple
-
-import numpy as np
-
-from ods.compiled import native
-from ods.pipeline.measure.circle import Shape
-from ods.pipeline.measure.depth import Depth
 
 
 class Features(NamedTuple):
@@ -45,13 +39,3 @@ class Features(NamedTuple):
     """Share of the cells of its depth and beams that are the echo's."""
     contrast: float
     """Logarithm of the highest level over that of the outermost cells. Only the range's law has it."""
-
-
-def features_of(echo: np.void, depth: Depth, shape: Shape, point_m: float, dr_m: float) -> Features:
-    """Return the features of an echo, of which levels, extents and circle are filled in.
-
-    point_m: width of a point along the line of sight; dr_m: the columns' spacing.
-    """
-    features = np.empty(len(Features._fields))
-    native.features_of(np.atleast_1d(echo), np.array(depth), np.array(shape, np.float64), point_m, dr_m, features)
-    return Features(*features.tolist())

@@ -98,13 +98,3 @@ double width_of_response(const float *image, int64_t beams, int64_t columns, dou
     const double shared = root(smaller(WIDEST, larger(NARROWEST, measured)));
     return larger(LEAST_POINT, FULL_WIDTH * 0.5 / sqrt(-log(shared)));
 }
-
-KERNEL_FLOAT(point_width, "f4[beams,columns] image, float background")
-{
-    return width_of_point(ARRAY(const float, 0), SIZE(0, 0), SIZE(0, 1), FLOAT(1));
-}
-
-KERNEL_FLOAT(response_width, "f4[beams,columns] image, float background")
-{
-    return width_of_response(ARRAY(const float, 0), SIZE(0, 0), SIZE(0, 1), FLOAT(1));
-}
