@@ -92,7 +92,7 @@ DETECTION = {
 
 @pytest.fixture(scope="module")
 def chain() -> Chain:
-    return Chain(PipelineSettings())
+    return Chain(PipelineSettings(), learnt_cells=1000)
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=200)

@@ -19,7 +19,7 @@ from ods.pipeline.interference.second_way import SecondWays
 from ods.pipeline.measure.echoes import ROW, EchoTable, joined
 from ods.pipeline.prepared.plan import PingError, Plan, are_alike, geometry_key, make_plan, sample_scale_of
 from ods.pipeline.prepared.prepared_chain import Frame, PreparedChain
-from ods.pipeline.prepared.speckle import Alive
+from ods.pipeline.prepared.speckle import LEARNT_CELLS, Alive
 from ods.pipeline.range_image.detector import detect_ranges
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.sight import BlindnessMonitor, Unseen, nothing_sent, with_parts
@@ -29,6 +29,10 @@ from ods.pipeline.stage.step import PingContext
 from ods.pipeline.stage.watch import Watch
 from ods.pose.buffer import PoseEstimate
 
+STABLE_PINGS = 10
+"""After a geometry that lasted for fewer pings the next one is not taken to last, either:"""
+LEARNING_FACTOR = 10
+"""Factor by which detectors learn from fewer cells until then."""
 KEPT_GEOMETRIES = 2
 """That stages stay prepared for: a sonar may change between two."""
 
@@ -41,15 +45,18 @@ class Chain:
         self,
         settings: PipelineSettings,
         *,
+        learnt_cells: int = LEARNT_CELLS,
         watch: Watch | None = None,
         alive: Alive | None = None,
     ) -> None:
         """Find the stages and check their parameters. Raises PluginError, StageError.
 
+        learnt_cells: of speckle, from which detectors learn, at the first ping of a geometry, what rate a level has.
         watch: is shown what each stage makes of each ping; that costs time. alive: is called while detectors learn.
         """
         STAGES.load(settings.plugins)
         self._settings = settings
+        self._learnt_cells = learnt_cells
         self._watch = watch
         self._alive = alive
         self.over_pings = any(entry.stage.kind == "ping" for entry in configured_stages(settings))
@@ -59,6 +66,7 @@ class Chain:
         self.was_prepared = False
         """For the last ping, as its geometry was new: detectors may have learned from images, which takes long."""
         self._geometry: tuple[Any, ...] = ()
+        self._lasted = STABLE_PINGS
         self._sampling: tuple[Any, ...] = ()
         self._scale: SampleScale
         self._plan: Plan
@@ -151,6 +159,9 @@ class Chain:
             plan = make_plan(ping, self._settings, over_pings=self.over_pings)
             self._change_to(plan)
             self._geometry, self._plan = geometry, plan  # all or, when one fails, none
+        if self._kept[0].hurried and self._lasted >= STABLE_PINGS:
+            self._kept[0] = self._prepared_for(self._plan, hurried=False)
+        self._lasted += 1
 
     def _change_to(self, plan: Plan) -> None:
         """Use the stages that are prepared for such a geometry, or prepare them. Raises StageError."""
@@ -158,16 +169,19 @@ class Chain:
         alike = next(kept, None)
         is_other = alike is None or alike is not self._kept[0]
         if alike is None:
-            alike = self._prepared_for(plan)
+            alike = self._prepared_for(plan, hurried=self._lasted < STABLE_PINGS)
         else:
             alike.move_to(plan)
         self.geometry_changes += is_other and bool(self._geometry)
+        self._lasted = 0 if is_other else self._lasted
         self._kept = [alike, *(each for each in self._kept if each is not alike)][:KEPT_GEOMETRIES]
 
-    def _prepared_for(self, plan: Plan) -> "_Prepared":
+    def _prepared_for(self, plan: Plan, hurried: bool) -> "_Prepared":
         self.was_prepared = True
+        cells = self._learnt_cells // LEARNING_FACTOR if hurried else self._learnt_cells
         stages = self._stages_of(plan.settings)
-        return _Prepared(plan, [PreparedChain(image, stages, self._watch, self._alive) for image in plan.images])
+        images = [PreparedChain(image, stages, cells, self._watch, self._alive) for image in plan.images]
+        return _Prepared(plan, images, hurried and any(each.learns for each in images))
 
     def _stages_of(self, settings: PipelineSettings) -> list[ConfiguredStage]:
         """Return the stages of settings that have all numbers."""
@@ -180,6 +194,8 @@ class _Prepared(NamedTuple):
     plan: Plan
     """The one for which they were prepared."""
     images: list[PreparedChain]
+    hurried: bool
+    """They learnt from few cells."""
 
     def move_to(self, plan: Plan) -> None:
         """Continue with a similar geometry."""

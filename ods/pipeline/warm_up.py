@@ -12,6 +12,7 @@ from ods.pipeline.settings import PipelineSettings
 _BEAMS, _SAMPLES = 64, 512
 _PINGS = 3
 """Least number of pings for stages that compare them."""
+_LEARNT_CELLS = 200_000
 
 
 def warm_up(settings: PipelineSettings) -> None:
@@ -22,7 +23,7 @@ def warm_up(settings: PipelineSettings) -> None:
     dr_m = max(0.05, 2.0 * settings.attention.near_m / _SAMPLES)  # so that there are rings beyond
     phases = settings.attention.every if settings.attention.near_m > 0.0 else 1
     zeros = (0.0, 0.0, 0.0)
-    chain = Chain(settings)
+    chain = Chain(settings, learnt_cells=_LEARNT_CELLS)
     for dtype in get_args(SampleType):
         ping = made_up_ping(dtype, "linear", settings.min_range_m + 0.5, dr_m)
         for phase in range(max(phases, _PINGS)):

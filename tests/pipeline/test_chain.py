@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ods.base.arrays import Floats, Image
 from ods.messages import Ping
-from ods.pipeline.chain import Chain
+from ods.pipeline.chain import STABLE_PINGS, Chain
 from ods.pipeline.prepared import prepared_chain
 from ods.pipeline.prepared.filter_chain import FilterChain
 from ods.pipeline.prepared.plan import PingError
@@ -173,16 +173,41 @@ def test_degenerate_shapes_do_no_harm(shape: tuple[int, int]) -> None:
         assert np.isfinite([detection.range_m, detection.bearing_rad, detection.radius_m, detection.snr_db]).all()
 
 
-def test_detectors_learn_once_where_ranges_follow_a_sound_speed_that_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_geometries_that_do_not_last_are_learnt_in_a_hurry(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A tenth of the cells as long as they change at each ping, all of them once one has lasted."""
+    learnt: list[int] = []
+
+    def speckle_of(filters: FilterChain, stride: int, cells: int, _: object) -> Iterator[Iterator[Image]]:
+        learnt.append(cells)
+        return filtered_speckle(filters, stride, 2000)
+
+    monkeypatch.setattr(prepared_chain, "filtered_speckle", speckle_of)
+    chain = Chain(PipelineSettings(stage=({"use": "detect.two_level", "levels": "false_alarm"},)), learnt_cells=1000)
+    frame = np.random.default_rng(0).integers(0, 255, (20, 60)).astype(np.uint8)
+    for k in range(4):
+        chain.process(make_ping(frame, dr_m=0.05 + 0.01 * k))
+    assert learnt == [1000, 100, 100, 100]
+    for _ in range(3 * STABLE_PINGS):
+        chain.process(make_ping(frame, dr_m=0.08))
+    assert learnt == [1000, 100, 100, 100, 1000]
+    chain.process(make_ping(frame, dr_m=0.09))
+    assert learnt[5:] == [1000]
+    assert chain.geometry_changes == 4
+
+
+@pytest.mark.parametrize("detector", [{"use": "detect.cfar"}, {"use": "detect.two_level", "levels": "false_alarm"}])
+def test_detectors_learn_once_where_ranges_follow_a_sound_speed_that_changes(
+    detector: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """And echoes are where the newest sound speed says; between two geometries there is nothing to learn either."""
     learnt: list[int] = []
 
-    def speckle_of(filters: FilterChain, stride: int, _: object) -> Iterator[Image]:
-        learnt.append(stride)
-        return filtered_speckle(filters, stride)
+    def speckle_of(filters: FilterChain, stride: int, cells: int, _: object) -> Iterator[Iterator[Image]]:
+        learnt.append(cells)
+        return filtered_speckle(filters, stride, 2000)
 
     monkeypatch.setattr(prepared_chain, "filtered_speckle", speckle_of)
-    chain, frame = Chain(PipelineSettings(stage=({"use": "detect.two_level"},), min_range_m=0.0)), scene_of("u1")
+    chain, frame = Chain(PipelineSettings(stage=(detector,), min_range_m=0.0)), scene_of("u1")
     places = []
     for k in range(20):
         dr_m = 0.05 * (1480.0 + 3.0 * k) / 1500.0
@@ -194,6 +219,7 @@ def test_detectors_learn_once_where_ranges_follow_a_sound_speed_that_changes(mon
         chain.process(make_ping(frame, dr_m=0.05 if k % 2 else 0.1))
     assert len(learnt) == 2
     assert chain.geometry_changes == 20
-    for k in range(30):
+    for k in range(30):  # learnt in a hurry, and anew as it lasts, though its ranges go on changing
         chain.process(make_ping(frame, dr_m=0.2 * (1.0 + 1e-4 * k)))
-    assert len(learnt) == 3
+    cells = learnt[-1]
+    assert learnt[2:] == [cells // 10, cells]

@@ -4,9 +4,10 @@ from hypothesis import given, settings, strategies as st
 from scipy import ndimage
 
 from ods.base.arrays import AnyArray, Image, Ints32
+from ods.compiled import native
 from ods.pipeline.detect.grouping import level_of_strongest
 from ods.pipeline.detect.levels import two_level
-from ods.pipeline.detect.noise import background_and_noise
+from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.no_data import ALL_DATA
@@ -83,11 +84,11 @@ def test_low_level_says_how_far_and_high_level_that_it_exists() -> None:
 def test_background_and_noise_are_the_quantiles() -> None:
     image = speckle()
     quantile = np.quantile(image, [0.5, 0.8413])
-    middle, noise = background_and_noise(image)
+    middle, noise = NoiseMeter().background_and_noise(image)
     assert middle == pytest.approx(quantile[0], rel=0.02)
     assert noise == pytest.approx(quantile[1] - quantile[0], rel=0.08)
     image[10:30, 100:130] = 50.0  # 1 % of the image
-    assert background_and_noise(image)[1] == pytest.approx(1.04 * noise, rel=0.08)
+    assert NoiseMeter().background_and_noise(image)[1] == pytest.approx(1.04 * noise, rel=0.08)
 
 
 def test_levels_adapt_to_the_scale_of_the_image() -> None:
@@ -133,3 +134,14 @@ def test_level_of_the_strongest_is_a_sample_that_so_many_reach(dtype: type, shar
         recorded = Recorded(samples, np.arange(130), 1, missing)
         assert level_of_strongest(recorded, share) == held[min(int((1.0 - share) * held.size), held.size - 1)]
     assert level_of_strongest(Recorded(samples, np.arange(130), 1, np.ones_like(lost)), share) == 0.0
+
+
+def test_counts_of_few_bits_stand_for_all_levels_halfway_to_the_next_ones() -> None:
+    image = np.repeat(np.array([10.5, 20.5, 40.5], np.float32), [64, 128, 32])[None]
+    counted = np.zeros((2, 100))
+    assert native.count_cells(image, (0, 1), 30.0, 1.0, counted) == 160  # two blocks are near the loud one
+    assert counted.sum() == pytest.approx(224.0)
+    assert counted[0, 10:15] == pytest.approx(np.full(5, 64.0 / 5.5))
+    assert counted[0, 15] == pytest.approx(0.5 * (64.0 / 5.5 + 96.0 / 15.0))
+    assert counted[0, 16:30] == pytest.approx(np.full(14, 96.0 / 15.0))
+    assert counted[1, 31:41] == pytest.approx(np.full(10, 32.0 / 10.5))

@@ -93,7 +93,7 @@ def test_cfar_leaves_gaps_out_of_the_surroundings(method: str) -> None:
     stages: tuple[dict[str, Any], ...] = (
         {"use": "equalize.mean_range"}, {"use": "filter.fir"}, {"use": "detect.cfar", "method": method},
     )  # fmt: skip
-    chain = Chain(PipelineSettings(stage=stages))
+    chain = Chain(PipelineSettings(stage=stages), learnt_cells=2_000_000)
     assert find_in_speckle(chain, cut_short, 10, True) <= 6
 
 

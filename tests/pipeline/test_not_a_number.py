@@ -90,7 +90,7 @@ def test_stage_is_named_and_the_next_ping_is_good(
     chain: tuple[str, ...], culprit: str, value: float, last: str
 ) -> None:
     works = Chain(PipelineSettings(stage=tuple(
-        {"use": name} for name in ("equalize.mean_range", *chain, last))))  # fmt: skip
+        {"use": name} for name in ("equalize.mean_range", *chain, last))), learnt_cells=500_000)  # fmt: skip
     assert works.process(ping(1)).detections
     Illness.value = value
     for seed in (2, 3):

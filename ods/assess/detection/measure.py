@@ -26,6 +26,8 @@ from ods.pipeline.settings import PipelineSettings, StageTable
 
 SAME = 0.02
 """Share of the sector that an echo may move from frame to frame and count as the same."""
+SWEEP_CELLS = 1_000_000
+"""Of speckle, that detectors learn from: a threshold that is swept needs no exact rate."""
 NEAR_AN_OBJECT = 2.0
 """Cells whose expected level is above this multiple of their range's median show an object or its mirror images."""
 
@@ -72,7 +74,7 @@ def accuracy_of(setting: Setting, images: Sequence[LabelledImage], false_alarms:
 
 def score_of(settings: PipelineSettings, images: Sequence[LabelledImage]) -> Score:
     """Return the score of one chain. With attention in turns, an image is what one whole turn over it finds."""
-    chain, score = Chain(settings), Score()
+    chain, score = Chain(settings, learnt_cells=SWEEP_CELLS), Score()
     for image in images:
         found: list[Detection] = []
         for turn in range(turns_of(settings)):
@@ -114,7 +116,7 @@ def _without_speckle(image: LabelledImage, mean: Floats32) -> Ping:
 
 def milliseconds(settings: Sequence[PipelineSettings], ping: Ping, rounds: int) -> list[float]:
     """Return the median time of each chain for one ping, measured in turns, so that a busy moment harms them alike."""
-    chains = [(Chain(each), turns_of(each)) for each in settings]
+    chains = [(Chain(each, learnt_cells=SWEEP_CELLS), turns_of(each)) for each in settings]
     spent = np.empty((rounds, len(chains)))
     for turn in range(-1, rounds):  # the first time fills buffers, the next one takes its place
         for index, (chain, turns) in enumerate(chains):

@@ -1,5 +1,7 @@
-"""Cell-averaging and order-statistic CFAR along the beam."""
+"""Cell-averaging and order-statistic CFAR along the beam, with the two levels measured instead of assumed."""
 
+from collections.abc import Iterable, Iterator
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -7,7 +9,8 @@ import numpy as np
 from ods.base.arrays import Image
 from ods.compiled import native
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
-from ods.pipeline.detect.noise import LEAST_NOISE, background_and_noise, level_at_rate
+from ods.pipeline.detect.noise import NoiseMeter
+from ods.pipeline.detect.tail import TailQuantile
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
@@ -24,24 +27,36 @@ def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
 
     CA: M. Finn, R. S. Johnson, 1968; GOCA: V. G. Hansen, 1973; SOCA: G. V. Trunk, 1978; OS: H. Rohling, 1983.
     """
+    meter, tail = NoiseMeter(), TailQuantile(params.rate)
     group = Grouping(params, fan)
     ratio = np.empty(fan.shape, np.float32)
     around = CfarWindow(_METHODS.index(params.method), params.guard, params.train, params.rank)
 
+    def divided(image: Image, middle: float) -> Image:
+        divide_by_surroundings(image, around, middle, ratio)
+        return ratio
+
+    def ratios(images: Iterable[Image]) -> Iterator[Image]:
+        some = islice(images, 0, None, 4) if params.method == "os" else images  # ordering takes ten times as long
+        return (divided(image, meter.background_and_noise(image)[0]) for image in some)
+
+    def learn(kinds: Iterable[Iterable[Image]]) -> None:
+        tail.learn(ratios(images) for images in kinds)
+
     def find(image: Image, recorded: Recorded) -> Regions:
-        middle, _ = background_and_noise(image)
+        middle, _ = meter.background_and_noise(image)
         if middle <= 0.0:
             return group.nothing(image)
-        divide_by_surroundings(image, around, middle, ratio)
-        background, noise = background_and_noise(ratio)
+        divided(image, middle)
+        background, noise = meter.background_and_noise(ratio)
         if background <= 0.0:
             return group.nothing(ratio)
-        high = level_at_rate(ratio, params.rate)
-        low = min(background + params.low * max(noise, LEAST_NOISE * background), high)
+        high = tail.level(ratio, background, noise)
+        low = min(background + params.low * max(noise, 0.02 * background), high)
         found = group.regions(ratio, recorded, DetectionLevels(low, high, background))
         return found._replace(background=middle)
 
-    return PreparedDetector(find, refuses_nan=True)
+    return PreparedDetector(find, learn, refuses_nan=True)
 
 
 class CfarWindow(NamedTuple):

@@ -6,12 +6,13 @@ against those of speckle that went through the same stages they show what a leve
 """
 
 from collections.abc import Iterable
+from itertools import islice
 
 import numpy as np
 
 from ods.base.arrays import Floats, Image, Mask
 from ods.compiled import native
-from ods.pipeline.detect.noise import background_and_noise
+from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.detect.rise import Rise
 from ods.pipeline.image.regions import Runs
 
@@ -21,6 +22,7 @@ _LEAST_TILE = (2, 16)
 """the least cells of one."""
 _REGION = 4
 """Tiles along each side of a region, as crests.c has it."""
+_LEARNT_IMAGES = 8
 
 
 class LocalThreshold:
@@ -37,9 +39,9 @@ class LocalThreshold:
 
     def learn(self, images: Iterable[Image]) -> None:
         """Take in how high the crests of images without echoes reach, all from the same chain."""
-        found = [np.empty((0, 2))]
-        for image in images:
-            background, noise = background_and_noise(image)
+        meter, found = NoiseMeter(), [np.empty((0, 2))]
+        for image in islice(images, _LEARNT_IMAGES):
+            background, noise = meter.background_and_noise(image)
             if noise > 0.0:
                 measured = crest_quantiles(image, self._tile, background, noise, self._regions).reshape(-1, 2)
                 found.append(measured[measured[:, 0] > 0.0])

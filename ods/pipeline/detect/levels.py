@@ -1,10 +1,13 @@
 """Detection by levels, `two_level` and `one_level` [SSIE, Image processing, stage 3]."""
 
+from collections.abc import Iterable
+
 from ods.base.arrays import Image
 from ods.pipeline.detect.crests import LocalThreshold, reaching
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
-from ods.pipeline.detect.noise import LEAST_NOISE, background_and_noise, level_at_rate
+from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.detect.rise import Rise
+from ods.pipeline.detect.tail import TailQuantile
 from ods.pipeline.fronts.windows import can_be_judged
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
@@ -16,6 +19,8 @@ from ods.pipeline.stage.step import PreparedDetector
 _ROUGH, _ROUGH_QUARTER = 1.45, 3
 """A bed is rough where crests reach more than so many times as high as those of speckle in a quarter of the image: over
 even beds, and in water, they do in less."""
+_LEAST_NOISE = 0.02
+"""Of the background: keeps the rounding of a noiseless image from becoming echoes."""
 
 
 @detect_stage("detect.two_level", TwoLevelParams)
@@ -45,18 +50,19 @@ def level_detector(
     where it rises by `params.follow` is faint. fronts: faint echoes are judged by how they set in where the bed is
     rough, so that levels need not rise for them there.
     """
-    low, high = levels
-    crests, group = LocalThreshold(fan.shape), Grouping(params, fan)
+    (low, high), meter = levels, NoiseMeter()
+    crests, tail = LocalThreshold(fan.shape), TailQuantile(params.rate)
+    group = Grouping(params, fan)
     follow = params.follow if params.levels == "noise" else 0.0
     low_power = 0.0 if fronts and faint < follow else faint
 
     def find(image: Image, recorded: Recorded) -> Regions:
-        background, noise = background_and_noise(image)
+        background, noise = meter.background_and_noise(image)
         if background <= 0.0:
             return group.nothing(image)
         below, above = levels_between(params.levels, low, high, background, noise)
         if params.levels == "false_alarm":
-            above = max(level_at_rate(image, params.rate), background * (1.0 + LEAST_NOISE))
+            above = max(tail.level(image, background, noise), background * (1.0 + _LEAST_NOISE))
             below = above if low == high else min(below, above)
         if follow:
             return following(image, recorded, (below, above, background), noise)
@@ -66,7 +72,7 @@ def level_detector(
     def following(image: Image, recorded: Recorded, wanted: tuple[float, float, float], noise: float) -> Regions:
         """Return the regions where levels follow the crests; wanted: the low and the high one, and the background."""
         below, above, background = wanted
-        factors = crests.factors(image, (background, max(noise, LEAST_NOISE * background)), high)
+        factors = crests.factors(image, (background, max(noise, _LEAST_NOISE * background)), high)
         ordered = sorted(factors.ravel().tolist())
         rough = fronts and ordered[_ROUGH_QUARTER * len(ordered) // 4] > _ROUGH
         rise = Rise(background, factors, low_power, low_power if rough else faint, *crests.region)
@@ -77,9 +83,11 @@ def level_detector(
             weak = ~reaching(image, runs, total, above, Rise(background, factors, 0.0, follow, *crests.region))
         return Regions(runs, total, background, judged, weak, heard_from, rough)
 
-    if not follow:
-        return PreparedDetector(find, refuses_nan=True)
-    return PreparedDetector(find, crests.learn, refuses_nan=True, learnt=crests.of_speckle)
+    def learn_one_look(kinds: Iterable[Iterable[Image]]) -> None:
+        crests.learn(next(iter(kinds)))  # which is the first kind
+
+    learn = learn_one_look if follow else tail.learn if params.levels == "false_alarm" else None
+    return PreparedDetector(find, learn, refuses_nan=True, learnt=crests.of_speckle if follow else None)
 
 
 def levels_between(unit: str, low: float, high: float, background: float, noise: float) -> tuple[float, float]:
@@ -88,7 +96,7 @@ def levels_between(unit: str, low: float, high: float, background: float, noise:
         return low, high
     if unit == "background":
         return low * background, high * background
-    spread = max(noise, LEAST_NOISE * background)
+    spread = max(noise, _LEAST_NOISE * background)
     return background + low * spread, background + high * spread
 
 

@@ -64,6 +64,7 @@ class PreparedChain:
         self,
         layout: ImageLayout,
         stages: Sequence[ConfiguredStage],
+        learnt_cells: int,
         watch: Watch | None = None,
         alive: Alive | None = None,
     ) -> None:
@@ -78,9 +79,11 @@ class PreparedChain:
         self._last = last
         self._watch = watch
         self._detector = last.detector(fan)
+        self.learns = self._detector.learn is not None
+        """The detector had to see speckle first, which takes long."""
         if self._detector.learn:
             unwatched = FilterChain(filters, fan, buffers)
-            self._detector.learn(filtered_speckle(unwatched, layout.stride, alive))
+            self._detector.learn(filtered_speckle(unwatched, layout.stride, learnt_cells, alive))
         self._new_filters = partial(FilterChain, filters, fan, buffers, watch)
         self._filters = self._new_filters()
 

@@ -237,7 +237,8 @@ class CfarParams(GroupParams, frozen=True):
     rank: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.05, 0.95, step=0.05)] = 0.75
     """os: quantile of the surroundings that is used."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
-    """False-alarm rate: wanted share of the cells without echoes above the high level."""
+    """False-alarm rate: wanted share of the cells without echoes above the high level. The level is measured on each
+    image, not derived from an assumed distribution of speckle."""
     low: Annotated[Positive, slider(0.5, 10.0, step=0.1)] = 2.5
     """Cells above this multiple of the noise, in the image divided by the surroundings, belong to an echo."""
 

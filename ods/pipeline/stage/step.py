@@ -47,8 +47,8 @@ class PreparedDetector(NamedTuple):
     """A detect stage, prepared."""
 
     find: DetectStep
-    learn: Callable[[Iterable[Image]], None] | None = None
-    """Is shown images of speckle, as the stages before leave them, before the first real one."""
+    learn: Callable[[Iterable[Iterable[Image]]], None] | None = None
+    """Is shown images of speckle, kind by kind, as the stages before leave them, before the first real one."""
     refuses_nan: bool = False
     """`find` raises NotANumberError for an image with NaN; if it does not, the chain looks for them itself."""
     learnt: Floats | None = None

@@ -198,7 +198,7 @@ def test_a_study_s_looks_belong_to_it_for_good() -> None:
 
 @pytest.mark.parametrize(
     "change",
-    [{"high": 9.0}, {"follow": 0.3}, {"use": "detect.cfar", "high": None, "rate": 1e-3}],
+    [{"high": 9.0}, {"levels": "false_alarm", "rate": 1e-4}, {"use": "detect.cfar", "high": None, "rate": 1e-3}],
 )
 def test_a_detector_learns_from_kept_speckle_what_it_learns_on_board(change: dict[str, Any]) -> None:
     made = pings(1)
@@ -258,7 +258,7 @@ def test_long_learning_is_given_up_for_what_is_newer(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(study, "PATIENCE_S", -1.0)
     newer = [False, False, True]
     studio = Studio(data(pings()), lambda: newer.pop(0) if newer else False)
-    wanted = settings([*SHORT[:2], {"use": "detect.two_level"}])
+    wanted = settings([*SHORT[:2], {"use": "detect.cfar"}])
     with pytest.raises(OvertakenError):
         studio.study(wanted, 1)
     assert newer == []  # the third image of speckle was the last

@@ -282,11 +282,11 @@ def _learning_once(stage: ConfiguredStage, learnt: Learnt, overtaken: Callable[[
         if learn is None:
             return made
 
-        def learn_once(images: Iterable[Image]) -> None:
+        def learn_once(kinds: Iterable[Iterable[Image]]) -> None:
             if made.learnt is not None and place in learnt:
                 made.learnt[:] = learnt[place]
                 return
-            learn(_while_wanted(images, overtaken))
+            learn(_while_wanted(kinds, overtaken))
             if made.learnt is not None:
                 learnt[place] = made.learnt
 
@@ -295,13 +295,17 @@ def _learning_once(stage: ConfiguredStage, learnt: Learnt, overtaken: Callable[[
     return stage._replace(stage=replace(stage.stage, prepare=prepare))
 
 
-def _while_wanted(images: Iterable[Image], overtaken: Callable[[], bool]) -> Iterator[Image]:
+def _while_wanted(kinds: Iterable[Iterable[Image]], overtaken: Callable[[], bool]) -> Iterator[Iterator[Image]]:
     """Yield the same images, until that lasts and is overtaken. Raises OvertakenError."""
     ends_s = time.monotonic() + PATIENCE_S
-    for image in images:
-        if time.monotonic() > ends_s and overtaken():
-            raise OvertakenError
-        yield image
+
+    def watched(images: Iterable[Image]) -> Iterator[Image]:
+        for image in images:
+            if time.monotonic() > ends_s and overtaken():
+                raise OvertakenError
+            yield image
+
+    return map(watched, kinds)
 
 
 class _Prepared:
