@@ -36,11 +36,11 @@ KERNEL(echoes_around, "f8[m,5] echoes, f8[3] place, f8[3,3] turned, out f8[m] az
 /* Sets `clear` to the first ring of each sector from which on at least `shortest` are free as a whole, and to the first
    one behind it that is not; both 0 where there is none. `cell`, `bin`: which cells, of `free`, are in which sector and
    ring, sector * rings + ring. */
-KERNEL(clear_rings, "b1[:] free, i8[pairs] cell, i8[pairs] bin, int rings, int shortest, out i8[sectors,2] clear")
+KERNEL(clear_rings, "b1[:] free, i4[pairs] cell, i4[pairs] bin, int rings, int shortest, out i8[sectors,2] clear")
 {
     const bool *free = ARRAY(const bool, 0);
-    const int64_t *cell = ARRAY(const int64_t, 1), *bin = ARRAY(const int64_t, 2), rings = larger_i(INT(3), 0);
-    const int64_t cells = SIZE(0, 0), sectors = SIZE(5, 0), bins = sectors * rings;
+    const int32_t *cell = ARRAY(const int32_t, 1), *bin = ARRAY(const int32_t, 2);
+    const int64_t cells = SIZE(0, 0), sectors = SIZE(5, 0), rings = larger_i(INT(3), 0), bins = sectors * rings;
     bool *taken = ZEROS(bool, bins);
     for (int64_t k = 0; k < SIZE(1, 0); k++)
         if ((uint64_t)cell[k] < (uint64_t)cells && (uint64_t)bin[k] < (uint64_t)bins && !free[cell[k]])
