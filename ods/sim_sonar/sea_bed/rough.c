@@ -39,6 +39,7 @@ static void reflect(const RoughBed *bed, const Trace *trace, Land land, LandEcho
     const double *restrict slope_x = land.slope_x, *restrict slope_y = land.slope_y;
     double *restrict reach = echo.reach, *restrict sine = echo.sine;
     double *restrict gamma = echo.gamma, *restrict density = echo.density;
+#pragma GCC ivdep /* `restrict` of variables is lost where a function is inlined */
     for (int64_t k = 0; k < land.steps; k++) {
         const double x = slope_x[k], y = slope_y[k], ahead = all_ahead[k], up = all_up[k];
         const double distance = larger(sqrt(ahead * ahead + up * up), 1e-9);

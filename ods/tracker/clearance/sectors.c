@@ -60,7 +60,7 @@ KERNEL(clear_rings, "b1[:] free, i4[pairs] cell, i4[pairs] bin, int rings, int s
 }
 
 /* Sets `nearest` to the distance of the nearest body in each sector, less a number of standard deviations, 0 at least;
-   infinite where there is none. Bodies: `Bodies` of sectors.py. */
+   infinite where there is none. Bodies: `Bodies` of sectors.py, at azimuths from -PI to PI. */
 KERNEL(nearest_body, "f8[bodies] azimuth, f8[bodies] half_width, f8[bodies] distance_m, f8[bodies] sigma_m, float sigmas, "
                      "out f8[sectors] nearest")
 {
@@ -73,7 +73,7 @@ KERNEL(nearest_body, "f8[bodies] azimuth, f8[bodies] half_width, f8[bodies] dist
     for (int64_t k = 0; k < SIZE(0, 0); k++) {
         const double distance = larger(ARRAY(double, 2)[k] - FLOAT(4) * ARRAY(double, 3)[k], 0.0);
         for (int64_t sector = 0; sector < sectors; sector++) {
-            const double off = fabs(remainder((double)(2 * sector + 1) * half - azimuth[k], 2.0 * PI));
+            const double turn = (double)(2 * sector + 1) * half - azimuth[k], off = fabs(turn > PI ? turn - 2.0 * PI : turn);
             if (off <= half_width[k] + half)
                 nearest[sector] = smaller(nearest[sector], distance);
         }
