@@ -45,7 +45,6 @@ static inline void blended_shares(const double *restrict bearing, int64_t column
             row[--high] = 0.0;
         if (low == high)
             continue;
-#pragma GCC ivdep
         for (int64_t a = low; a < high; a++)
             row[a] = blended_pattern(grid, (bearing[a] - axis) / beam_width, width, parts) * beam_width;
         const double end = blended_pattern(grid, (bearing[high] - axis) / beam_width, width, parts) * beam_width;
