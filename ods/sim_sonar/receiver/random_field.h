@@ -5,9 +5,6 @@
 
 #include "kernel.h"
 
-/* Samples that are worked on at a time: of all beams, so that what they share stays in the nearest cache, too. */
-#define BLOCK 512
-
 /* Returns 32 well mixed bits of a 32-bit key (a bijection: xor-shifts and odd multipliers). */
 static inline uint32_t hash32(uint32_t key)
 {

@@ -67,19 +67,17 @@ LONG_KERNEL(receive,
 {
     const int64_t beams = SIZE(0, 0), samples = SIZE(0, 1), sources = SIZE(3, 0);
     const Law law = {ARRAY(float, 11), SIZE(11, 0), FLOAT(13)};
-    float floor[BLOCK], fresh[BLOCK];
-    uint32_t bits[BLOCK];
-    for (int64_t first = 0; first < samples; first += BLOCK)
-        for (int64_t beam = 0; beam < beams; beam++) {
-            const int64_t begin = beam * samples + first, count = smaller_i(BLOCK, samples - first);
-            float *row = ARRAY(float, 14) + begin;
-            memcpy(floor, ARRAY(float, 2) + first, (size_t)count * sizeof *floor);
-            for (int64_t source = 0; source < sources; source++)
-                add_times(floor, ARRAY(float, 3)[source * beams + beam], ARRAY(float, 4) + source * samples + first, count);
-            refresh(ARRAY(uint32_t, 8) + begin, (uint32_t)INT(9), count, bits);
-            normals_of(bits, ARRAY(float, 10), count, fresh);
-            combine(row, fresh, ARRAY(double, 0) + begin, ARRAY(float, 1) + first, floor, ARRAY(float, 12), count);
-            apply_law(row, floor, law, count);
-            amplify(row, ARRAY(float, 5) + first, ARRAY(float, 6)[beam], (float)FLOAT(7), count);
-        }
+    float *floor = SCRATCH(float, samples), *fresh = SCRATCH(float, samples);
+    uint32_t *bits = SCRATCH(uint32_t, samples);
+    for (int64_t beam = 0; beam < beams; beam++) {
+        float *row = ARRAY(float, 14) + beam * samples;
+        memcpy(floor, ARRAY(float, 2), (size_t)samples * sizeof *floor);
+        for (int64_t source = 0; source < sources; source++)
+            add_times(floor, ARRAY(float, 3)[source * beams + beam], ARRAY(float, 4) + source * samples, samples);
+        refresh(ARRAY(uint32_t, 8) + beam * samples, (uint32_t)INT(9), samples, bits);
+        normals_of(bits, ARRAY(float, 10), samples, fresh);
+        combine(row, fresh, ARRAY(double, 0) + beam * samples, ARRAY(float, 1), floor, ARRAY(float, 12), samples);
+        apply_law(row, floor, law, samples);
+        amplify(row, ARRAY(float, 5), ARRAY(float, 6)[beam], (float)FLOAT(7), samples);
+    }
 }

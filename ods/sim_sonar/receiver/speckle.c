@@ -83,24 +83,19 @@ typedef struct {
     int64_t first, last;
 } Run;
 
-/* Tells whether any beam hears an echo in a sample. */
-static bool is_heard(const double *area, int64_t beams, int64_t samples, int64_t sample)
-{
-    for (int64_t beam = 0; beam < beams; beam++)
-        if (area[beam * samples + sample] != 0.0)
-            return true;
-    return false;
-}
-
-/* Sets `runs` to the samples at which any beam hears an echo, BLOCK at most in each; gaps as short as `margin` are
-   filled, as to begin anew costs more. Returns how many runs. */
+/* Sets `runs` to the samples at which any beam hears an echo; gaps as short as `margin` are filled, as to begin anew
+   costs more. Returns how many runs. */
 static int64_t runs_heard(const double *area, int64_t beams, int64_t samples, int64_t margin, Run *runs)
 {
+    double *most = ZEROS(double, samples);
     int64_t count = 0;
+    for (int64_t beam = 0; beam < beams; beam++)
+        for (int64_t j = 0; j < samples; j++)
+            most[j] = larger(most[j], fabs(area[beam * samples + j]));
     for (int64_t j = 0; j < samples; j++) {
-        if (!is_heard(area, beams, samples, j))
+        if (most[j] == 0.0)
             continue;
-        if (count == 0 || j - runs[count - 1].last > margin || j - runs[count - 1].first >= BLOCK)
+        if (count == 0 || j - runs[count - 1].last > margin)
             runs[count++] = (Run){j, j};
         runs[count - 1].last = j + 1;
     }
@@ -120,9 +115,11 @@ LONG_KERNEL(fill_speckle,
     uint32_t *bits = SCRATCH(uint32_t, width);
     Run *runs = SCRATCH(Run, samples);
     const int64_t count = runs_heard(ARRAY(double, 14), SIZE(15, 0), samples, range_taps, runs);
-    for (int64_t k = 0; k < count; k++) {
-        const int64_t first = runs[k].first, last = smaller_i(runs[k].last, width - range_taps + 1);
-        for (int64_t r = 0; r < planes * rows && first < last; r++) {
+    for (int64_t r = 0; r < planes * rows; r++)
+        for (int64_t k = 0; k < count; k++) {
+            const int64_t first = runs[k].first, last = smaller_i(runs[k].last, width - range_taps + 1);
+            if (first >= last)
+                continue;
             const uint32_t *keys = ARRAY(uint32_t, 0) + r * width + first;
             hash_row(keys, cells_of(arguments, 6, r), ARRAY(float, 1) + first, last - first + range_taps - 1, bits);
             normals_of(bits, ARRAY(float, 2), last - first + range_taps - 1, raw);
@@ -135,5 +132,4 @@ LONG_KERNEL(fill_speckle,
                     add_times(out + (r / rows * beams + beam) * samples + first, ARRAY(float, 4)[tap], smooth, last - first);
             }
         }
-    }
 }
