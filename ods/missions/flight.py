@@ -51,9 +51,9 @@ class Referee:
         """Take a step of the vehicle."""
         self.path_m += math.hypot(now.north_m - was.north_m, now.east_m - was.east_m, now.down_m - was.down_m)
         clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
-        if clear.min(initial=math.inf) - self._radius_m < self.clearance_m:
-            self._nearest = now.t_s, int(clear.argmin())
-        self.clearance_m = min(self.clearance_m, float(clear.min(initial=math.inf)) - self._radius_m)
+        nearest_m = float(clear.min(initial=math.inf)) - self._radius_m
+        if nearest_m < self.clearance_m:
+            self.clearance_m, self._nearest = nearest_m, (now.t_s, int(clear.argmin()))
         if self.clearance_m < 0.0 and int(clear.argmin()) not in self.first_listed_m:
             self.time_to_collision_s = 0.0
 

@@ -6,6 +6,11 @@
 /* Steps in which a number's own borders are laid, and the bits that tell one of them. */
 #define OFFSETS 1024
 #define OFFSET_BITS 10
+/* What a cell along and across the beam, in heading and in time adds to a key. */
+#define ALONG 0x85EBCA6Bu
+#define ACROSS 0xC2B2AE35u
+#define TURN 0x27D4EB2Fu
+#define AGE 0x165667B1u
 /* Cells across the beam beyond this are one: no sonar is so far away. */
 #define FARTHEST_CELL 2.0e9f
 
@@ -32,18 +37,19 @@ static inline float own_place(uint32_t key, int shift)
 static void hash_row(const uint32_t *restrict keys, RowCells cells, const float *restrict nearness, int64_t count,
                      uint32_t *restrict bits)
 {
+    /* products that all numbers share are taken before: the loop is bound by its multiplications */
+    const uint32_t first_cell = cells.along * ALONG + cells.heading * TURN + cells.time * AGE;
+    const uint32_t next_cell = cells.next_along * ALONG + cells.next_heading * TURN + cells.time * AGE;
     for (int64_t j = 0; j < count; j++) {
         const uint32_t key = keys[j];
         const bool second = (key & (OFFSETS - 1)) < cells.turned;
         const uint32_t own_time = (key * 0x9E3779B1u) >> (32 - OFFSET_BITS);
         const float onward = (second ? cells.next_along_share : cells.along_share) + own_place(key, OFFSET_BITS);
-        const uint32_t along = (second ? cells.next_along : cells.along) + (uint32_t)(int32_t)onward;
         const float side = (second ? cells.next_across : cells.across) * nearness[j] + own_place(key, 2 * OFFSET_BITS);
         const float whole = larger_f(smaller_f(floorf(side), FARTHEST_CELL), -FARTHEST_CELL);
-        const uint32_t across = (uint32_t)(int32_t)whole;
-        const uint32_t turn = second ? cells.next_heading : cells.heading;
-        const uint32_t age = own_time >= cells.young ? cells.time + 1 : cells.time;
-        const uint32_t cell = along * 0x85EBCA6Bu + across * 0xC2B2AE35u + turn * 0x27D4EB2Fu + age * 0x165667B1u;
+        const uint32_t across = (uint32_t)(int32_t)whole * ACROSS;
+        const uint32_t along = onward >= 1.0f ? ALONG : 0, age = own_time >= cells.young ? AGE : 0;
+        const uint32_t cell = (second ? next_cell : first_cell) + along + across + age;
         bits[j] = hash32(hash32(key + cell) ^ key);
     }
 }

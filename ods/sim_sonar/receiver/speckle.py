@@ -93,8 +93,9 @@ class SpeckleField:
         rise = position_ned[2] * math.sin(self._sonar.half_vertical_rad)
         # numbers are in a heading cell from 1 turn before its own heading to 1 after it, depending on their borders
         toward = self._bearing[:, None] + turn * (cell + np.array([0, 1]))
-        along = (position_ned[0] * np.cos(toward) + position_ned[1] * np.sin(toward) + rise) / self._sonar.dr_m
-        across = (position_ned[1] * np.cos(toward) - position_ned[0] * np.sin(toward)) / width
+        north, east = np.cos(toward), np.sin(toward)
+        along = (position_ned[0] * north + position_ned[1] * east + rise) / self._sonar.dr_m
+        across = (position_ned[1] * north - position_ned[0] * east) / width
         whole = np.floor(along)
         age = t_s / self._coherence_s if self._coherence_s else 0.0
         return Cells(

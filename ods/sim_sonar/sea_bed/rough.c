@@ -39,6 +39,7 @@ static void reflect(const RoughBed *bed, const Trace *trace, Land land, LandEcho
     const double *restrict slope_x = land.slope_x, *restrict slope_y = land.slope_y;
     double *restrict reach = echo.reach, *restrict sine = echo.sine;
     double *restrict gamma = echo.gamma, *restrict density = echo.density;
+#pragma GCC ivdep /* `restrict` of variables is lost where a function is inlined */
     for (int64_t k = 0; k < land.steps; k++) {
         const double x = slope_x[k], y = slope_y[k], ahead = all_ahead[k], up = all_up[k];
         const double distance = larger(sqrt(ahead * ahead + up * up), 1e-9);
@@ -106,14 +107,15 @@ static void ramp(double *restrict row, int64_t samples, double power, double one
     const double low = larger(begin, 0.0), high = smaller(finish, (double)samples);
     if (!(low < high))
         return;
-    const int64_t first = (int64_t)low, last = smaller_i((int64_t)high, samples - 1);
+    /* of 32 bits, or the loop does not vectorise */
+    const int32_t first = (int32_t)low, last = (int32_t)smaller(high, (double)(samples - 1));
     if (first == last) {
         row[first] += (high - low) * (start + rise * 0.5 * (low + high));
         return;
     }
     row[first] += ((double)(first + 1) - low) * (start + rise * 0.5 * (low + (double)(first + 1)));
     row[last] += (high - (double)last) * (start + rise * 0.5 * (high + (double)last));
-    for (int64_t j = first + 1; j < last; j++)
+    for (int32_t j = first + 1; j < last; j++)
         row[j] += start + rise * ((double)j + 0.5);
 }
 
@@ -321,21 +323,30 @@ LONG_KERNEL(add_rough_bed, "out f8[:,:] image, " ROUGH_BED ", " GRID ", float sc
     add_zones(&march, image, FLOAT(20), ahead, steps);
 }
 
+/* Sets the ranges and sines of elevation, (steps,), of the land at the steps of a trace. */
+static void sight(Land land, double *restrict reach, double *restrict sine)
+{
+    const double *restrict ahead = land.ahead, *restrict up = land.up;
+#pragma GCC ivdep
+    for (int64_t k = 0; k < land.steps; k++) {
+        reach[k] = larger(sqrt(ahead[k] * ahead[k] + up[k] * up[k]), 1e-9);
+        sine[k] = up[k] / reach[k];
+    }
+}
+
 /* Sets `out` (cells,) to the ranges at which rays of rising sines of elevation, `aim`, meet the land; FAR beyond its
    last step. */
-static void meet(Land land, const double *aim, int64_t cells, double *out)
+static void meet(const double *reach, const double *sine, int64_t steps, const double *aim, int64_t cells, double *out)
 {
     double past = 0.0, before = -1.0;
     int64_t e = 0;
-    for (int64_t k = 0; k < land.steps && e < cells; k++) {
-        const double ahead = land.ahead[k], up = land.up[k];
-        const double reach = larger(sqrt(ahead * ahead + up * up), 1e-9), sine = up / reach;
-        for (; e < cells && aim[e] < sine; e++) {
-            const double share = aim[e] > before ? (aim[e] - before) / (sine - before) : 0.0;
-            out[e] = past + share * (reach - past);
+    for (int64_t k = 0; k < steps && e < cells; k++) {
+        for (; e < cells && aim[e] < sine[k]; e++) {
+            const double share = aim[e] > before ? (aim[e] - before) / (sine[k] - before) : 0.0;
+            out[e] = past + share * (reach[k] - past);
         }
-        past = reach;
-        before = sine;
+        past = reach[k];
+        before = sine[k];
     }
     for (; e < cells; e++)
         out[e] = FAR;
@@ -356,18 +367,19 @@ LONG_KERNEL(rough_ranges,
     double *ahead = SCRATCH(double, steps);
     steps_ahead(height, FLOAT(12), FLOAT(13), &detail, ahead);
     const Land land = land_of(ahead, steps);
-    double *aim = SCRATCH(double, rays.cells);
+    double *aim = SCRATCH(double, rays.cells), *reach = SCRATCH(double, steps), *sine = SCRATCH(double, steps);
     for (int64_t a = 0, end; a < rays.columns; a = end) {
         end = a + 1;
         while (end < rays.columns && rays.bearing[end + 1] - rays.bearing[a] <= coarse)
             end++;
         const Trace trace = trace_of(&bed, 0.5 * (rays.bearing[a] + rays.bearing[end]));
         survey(&bed, &trace, land);
+        sight(land, reach, sine);
         for (int64_t column = a; column < end; column++) {
             const double *elevation = elevations_of(&rays, column);
             for (int64_t e = 0; e < rays.cells; e++)
                 aim[e] = sin(0.5 * (elevation[e + 1] + elevation[e]));
-            meet(land, aim, rays.cells, ARRAY(double, 21) + column * rays.cells);
+            meet(reach, sine, steps, aim, rays.cells, ARRAY(double, 21) + column * rays.cells);
         }
     }
 }

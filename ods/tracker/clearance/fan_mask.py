@@ -27,7 +27,7 @@ class FanMask(NamedTuple):
     def shown(self) -> Bytes:
         """Return (BEARINGS + 2, RANGES + 2) 1 where it is empty, 2 where something was heard, in a rim of nothing."""
         shown = np.zeros((BEARINGS + 2, RANGES + 2), np.uint8)
-        shown[1:-1, 1:-1] = self.empty + 2 * self.heard
+        shown[1:-1, 1:-1] = self.empty.view(np.uint8) | self.heard.view(np.uint8) << 1
         return shown
 
 

@@ -74,8 +74,9 @@ class FreeGrid:
         if self._middle is not None:
             self._scroll(north - self._middle[0], east - self._middle[1])
             sooner_s = abs(float(place[2]) - self._down) / self._settings.fastest_vertical_m_s
-            self._free_until -= sooner_s
-            self._above_s -= sooner_s
+            if sooner_s:
+                self._free_until -= sooner_s
+                self._above_s -= sooner_s
         self._middle, self._down = (north, east), float(place[2])
 
     def _scroll(self, north: int, east: int) -> None:

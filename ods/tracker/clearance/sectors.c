@@ -35,11 +35,11 @@ KERNEL(echoes_around, "f8[m,5] echoes, f8[3] place, f8[3,3] turned, out f8[m] az
 /* Sets `clear` to the first ring of each sector from which on at least `shortest` are free as a whole, and to the first
    one behind it that is not; both 0 where there is none. `cell`, `bin`: which cells, of `free`, are in which sector and
    ring, sector * rings + ring. */
-KERNEL(clear_rings, "b1[:] free, i8[pairs] cell, i8[pairs] bin, int rings, int shortest, out i8[sectors,2] clear")
+KERNEL(clear_rings, "b1[:] free, i4[pairs] cell, i4[pairs] bin, int rings, int shortest, out i8[sectors,2] clear")
 {
     const bool *free = ARRAY(const bool, 0);
-    const int64_t *cell = ARRAY(const int64_t, 1), *bin = ARRAY(const int64_t, 2), rings = larger_i(INT(3), 0);
-    const int64_t cells = SIZE(0, 0), sectors = SIZE(5, 0), bins = sectors * rings;
+    const int32_t *cell = ARRAY(const int32_t, 1), *bin = ARRAY(const int32_t, 2);
+    const int64_t cells = SIZE(0, 0), sectors = SIZE(5, 0), rings = larger_i(INT(3), 0), bins = sectors * rings;
     bool *taken = ZEROS(bool, bins);
     for (int64_t k = 0; k < SIZE(1, 0); k++)
         if ((uint64_t)cell[k] < (uint64_t)cells && (uint64_t)bin[k] < (uint64_t)bins && !free[cell[k]])
@@ -59,7 +59,7 @@ KERNEL(clear_rings, "b1[:] free, i8[pairs] cell, i8[pairs] bin, int rings, int s
 }
 
 /* Sets `nearest` to the distance of the nearest body in each sector, less a number of standard deviations, 0 at least;
-   infinite where there is none. Bodies: `Bodies` of sectors.py. */
+   infinite where there is none. Bodies: `Bodies` of sectors.py, at azimuths from -PI to PI. */
 KERNEL(nearest_body, "f8[bodies] azimuth, f8[bodies] half_width, f8[bodies] distance_m, f8[bodies] sigma_m, float sigmas, "
                      "out f8[sectors] nearest")
 {
@@ -72,7 +72,7 @@ KERNEL(nearest_body, "f8[bodies] azimuth, f8[bodies] half_width, f8[bodies] dist
     for (int64_t k = 0; k < SIZE(0, 0); k++) {
         const double distance = larger(ARRAY(double, 2)[k] - FLOAT(4) * ARRAY(double, 3)[k], 0.0);
         for (int64_t sector = 0; sector < sectors; sector++) {
-            const double off = fabs(remainder((double)(2 * sector + 1) * half - azimuth[k], 2.0 * PI));
+            const double turn = (double)(2 * sector + 1) * half - azimuth[k], off = fabs(turn > PI ? turn - 2.0 * PI : turn);
             if (off <= half_width[k] + half)
                 nearest[sector] = smaller(nearest[sector], distance);
         }

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Indices, Mask
+from ods.base.arrays import Floats, Ints32, Mask
 from ods.compiled import native
 from ods.tracker.clearance.free_grid import HALF_DIAGONAL, REACH, SIDE
 
@@ -41,8 +41,8 @@ class Clear(NamedTuple):
 class _Bins(NamedTuple):
     """Which cells belong to which sector and ring: pairs of a cell and a bin."""
 
-    cell: Indices
-    bin: Indices
+    cell: Ints32
+    bin: Ints32
 
 
 def clear_water(free: Mask, cell_m: float, sectors: int) -> Clear:
@@ -86,4 +86,4 @@ def _bins(sectors: int) -> _Bins:
         reached = low + step <= high
         cells.append(cell[reached])
         bins.append((low + step)[reached] % sectors * REACH + ring[reached])
-    return _Bins(np.concatenate(cells), np.concatenate(bins))
+    return _Bins(np.concatenate(cells).astype(np.int32), np.concatenate(bins).astype(np.int32))
