@@ -27,5 +27,5 @@ configure "$source/MOOS_Jul2724/MOOSGeodesy" "$out/geodesy" -DMOOS_DIR="$out/cor
 make -C "$out/geodesy" -j "$jobs" >"$out/geodesy.log" 2>&1
 configure "$source/ivp/src" "$out/ivp" -DMOOS_DIR="$out/core" -DMOOSGeodesy_DIR="$out/geodesy" -DIVP_BUILD_GUI_CODE=OFF \
     -DIVP_BIN_DIRECTORY="$out/bin" -DIVP_LIB_DIRECTORY="$out/lib"
-make -C "$out/ivp" -j "$jobs" pObstacleMgr >"$out/ivp.log" 2>&1
+make -C "$out/ivp" -j "$jobs" pObstacleMgr uFldCollObDetect >"$out/ivp.log" 2>&1
 ls "$out/bin"
