@@ -1,8 +1,8 @@
 #!/bin/sh
-# MOOSDB, pShare and pObstacleMgr from source, as peers of the bridge to MOOS: build_moos.sh SOURCE OUT
+# MOOSDB, pShare, pObstacleMgr and uFldCollObDetect from source, as peers of bridge and missions: build_moos.sh SOURCE OUT
 # SOURCE: a clone of moos-ivp/moos-ivp at a2a9b716c; OUT: the programs come to OUT/bin. Then, in the project:
-#     ODS_MOOS=OUT/bin pytest -m slow tests/bridge/test_moos_peer.py
-# GPL and LGPL: they run beside the bridge in tests and are no part of ODS. Debian: git cmake g++ make.
+#     ODS_MOOS=OUT/bin pytest -m slow tests/bridge/test_moos_peer.py tests/peers/test_other_referee.py
+# GPL and LGPL: they run beside ODS in tests and are no part of it. Debian: git cmake g++ make.
 set -eu
 
 [ $# = 2 ] || { echo "usage: build_moos.sh SOURCE OUT" >&2 && exit 2; }

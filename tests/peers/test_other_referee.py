@@ -21,8 +21,6 @@ pytestmark = needs("uFldCollObDetect")
 
 DENSE = Path(__file__).parents[2] / "config" / "campaigns" / "dense.toml"
 MISSIONS: dict[Arm, int] = {"none": 6, "ods": 1, "truth": 3, "all_knowing": 2}
-AT_ONCE = 6
-"""Missions that are judged at once: the programs mostly wait."""
 EXACT_M = 1e-5
 """Of distances that are computed alike. Those of outcomes are rounded to"""
 ROUNDED_M = 5e-4
@@ -36,7 +34,7 @@ def test_it_agrees_on_all_encounters(moving_share: float) -> None:
     setup = setup_of(campaign)
     flights = [flight_of(campaign, number, arm, setup) for arm, count in MISSIONS.items() for number in range(count)]
     outcomes = [flight.fly() for flight in flights]
-    with ThreadPoolExecutor(AT_ONCE) as pool:
+    with ThreadPoolExecutor(len(flights)) as pool:  # the programs mostly wait
         verdicts = list(pool.map(functools.partial(judged, campaign), flights))
     for flight, outcome, said in zip(flights, outcomes, verdicts, strict=True):
         nearest, early_m = nearest_of(flight), early_of(flight)
