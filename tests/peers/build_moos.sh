@@ -1,8 +1,8 @@
 #!/bin/sh
-# MOOSDB, pShare and pObstacleMgr from source, as peers of the bridge to MOOS: build_moos.sh SOURCE OUT
+# MOOSDB, pShare, pObstacleMgr and uFldCollObDetect from source, as peers of bridge and missions: build_moos.sh SOURCE OUT
 # SOURCE: a clone of moos-ivp/moos-ivp at a2a9b716c; OUT: the programs come to OUT/bin. Then, in the project:
-#     ODS_MOOS=OUT/bin pytest -m slow tests/bridge/test_moos_peer.py
-# GPL and LGPL: they run beside the bridge in tests and are no part of ODS. Debian: git cmake g++ make.
+#     ODS_MOOS=OUT/bin pytest -m slow tests/bridge/test_moos_peer.py tests/peers/test_other_referee.py
+# GPL and LGPL: they run beside ODS in tests and are no part of it. Debian: git cmake g++ make.
 set -eu
 
 [ $# = 2 ] || { echo "usage: build_moos.sh SOURCE OUT" >&2 && exit 2; }
@@ -27,5 +27,5 @@ configure "$source/MOOS_Jul2724/MOOSGeodesy" "$out/geodesy" -DMOOS_DIR="$out/cor
 make -C "$out/geodesy" -j "$jobs" >"$out/geodesy.log" 2>&1
 configure "$source/ivp/src" "$out/ivp" -DMOOS_DIR="$out/core" -DMOOSGeodesy_DIR="$out/geodesy" -DIVP_BUILD_GUI_CODE=OFF \
     -DIVP_BIN_DIRECTORY="$out/bin" -DIVP_LIB_DIRECTORY="$out/lib"
-make -C "$out/ivp" -j "$jobs" pObstacleMgr >"$out/ivp.log" 2>&1
+make -C "$out/ivp" -j "$jobs" pObstacleMgr uFldCollObDetect >"$out/ivp.log" 2>&1
 ls "$out/bin"
