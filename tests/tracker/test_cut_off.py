@@ -134,6 +134,19 @@ def test_a_false_alarm_beside_a_body_does_not_live_by_the_part_seen_of_it(aside_
     assert math.hypot(*tracks.velocity[:2, 0]) < 0.05
 
 
+def test_bodies_whose_echo_is_one_and_cut_off_are_no_larger_than_it() -> None:
+    """Two close bodies at the fan's edge: one grew to a hundred times what the echo was larger than it."""
+    vehicle = vehicle_at(np.zeros(3), quat_from_euler(0.0, 0.0, 0.0), NO_SIGMA, NO_SIGMA)
+    tracker, largest = Tracker(TrackerSettings()), 0.0
+    apart = [(FAR_M, HALF_FOV - aside, 0.0, 1.0, 1.0, 0.01, HIDDEN_M, 25.0, 1.0) for aside in (0.07, 0.03)]
+    joined = FAR_M, HALF_FOV - 0.04, 0.0, 2.5, 2.5, HIDDEN_M / FAR_M, HIDDEN_M, 25.0, 1.0
+    for k in range(round(6.0 * RATE_HZ)):
+        t_ns, rows = round(k / RATE_HZ * NS), np.array(apart if k < 3.0 * RATE_HZ else [joined])
+        tracker.step(Scan(t_ns, t_ns, vehicle, SECTOR, echoes_of(rows)[0]))
+        largest = max(largest, *tracker.snapshot().radius, 0.0)
+    assert 1.0 <= largest < 2.5
+
+
 @pytest.mark.parametrize("beyond_m", [-3.0, -1.0, 0.0, 1.0, 3.0])
 def test_a_body_is_expected_while_a_part_of_it_is_inside(beyond_m: float) -> None:
     """By the share of a normal distribution of parts, half the radius wide, drawn at random."""

@@ -126,5 +126,5 @@ def _measured(shown: Shown, prediction: ScanPrediction, half_vertical: float) ->
     return found._replace(
         variance_north=found.variance_north + off_centre,
         variance_east=found.variance_east + off_centre,
-        radius_variance=np.where(off_centre > 0.0, NO_RADIUS, found.radius_variance),
+        radius_variance=np.where(off_centre > 0.0, np.maximum(NO_RADIUS, found.radius_variance), found.radius_variance),
     )
