@@ -107,15 +107,14 @@ static void ramp(double *restrict row, int64_t samples, double power, double one
     const double low = larger(begin, 0.0), high = smaller(finish, (double)samples);
     if (!(low < high))
         return;
-    /* of 32 bits, or the loop does not vectorise */
-    const int32_t first = (int32_t)low, last = (int32_t)smaller(high, (double)(samples - 1));
+    const int64_t first = (int64_t)low, last = smaller_i((int64_t)high, samples - 1);
     if (first == last) {
         row[first] += (high - low) * (start + rise * 0.5 * (low + high));
         return;
     }
     row[first] += ((double)(first + 1) - low) * (start + rise * 0.5 * (low + (double)(first + 1)));
     row[last] += (high - (double)last) * (start + rise * 0.5 * (high + (double)last));
-    for (int32_t j = first + 1; j < last; j++)
+    for (int64_t j = first + 1; j < last; j++)
         row[j] += start + rise * ((double)j + 0.5);
 }
 
