@@ -108,8 +108,8 @@ class Tracker:
         match = match_scan(scan, prediction, self._clutter, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
         weight = self._coherence.weight(scan.echoes)
-        states = judge(tracks, prediction, match, self._clutter_statistics, scan, weight, settings)
-        outcome = self._manager.manage(tracks, states, prediction, scan.utc_ns)
+        judged = judge(tracks, prediction, match, self._clutter_statistics, scan, weight, settings)
+        outcome = self._manager.manage(tracks, judged, prediction, scan.utc_ns)
         if match.unexplained is not None:
             births = self._births(since_ns / NS)
             tracks.start(match.unexplained, scan, births, match.new, self._clutter_statistics)

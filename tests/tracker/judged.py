@@ -54,5 +54,7 @@ def states_after(
     """Return the next states of n objects; history, existence: their tables; seen: hit, inside, skipped; place:
     position, variance and shared, (3, n), radius, probability of rest."""
     states, given = np.empty(history.shape[1], np.int64), (t_ns, EXISTENCE.odds_factor, REST, STATIC)
-    native.next_states(history, existence, seen, place, given, msgspec.structs.astuple(LifeSettings()), states)
+    native.next_states(
+        history, existence, seen, place, given, msgspec.structs.astuple(LifeSettings()), states, np.empty(3, np.bool_)
+    )
     return states

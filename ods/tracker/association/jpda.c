@@ -73,7 +73,7 @@ static void find_shares(const Pairs *pairs, int64_t n, int64_t m)
         pairs->share[k] = ratio[k] * pairs->free[k] / of_object[pairs->objects[k]];
 }
 
-/* Fills in the probabilities of pairs, and those that a pair's echo is of no other object: to be checked by themselves. */
+/* Fills in the probabilities of pairs, and those that a pair's echo is of no other object: see `jpda.shares`. */
 KERNEL(jpda_shares, HYPOTHESES ", int n, int m, out f8[p] share, out f8[p] free")
 {
     const Hypotheses given = hypotheses_from(arguments, 0);

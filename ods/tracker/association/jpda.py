@@ -9,6 +9,7 @@ Y. Bar-Shalom, F. Daum, J. Huang, The probabilistic data association filter, IEE
 
 import numpy as np
 
+from ods.base.arrays import Floats
 from ods.compiled import native
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.gating import Hypotheses
@@ -41,3 +42,10 @@ def probabilistic(question: Question) -> Assignment:
     table = np.empty((len(echoes.table), total))
     native.jpda_assignment(hypotheses, echoes.table, seen_by, chosen, explained, pairs, table)
     return Assignment(pairs, Echoes(table), explained)
+
+
+def shares(hypotheses: Hypotheses, objects: int, echoes: int) -> tuple[Floats, Floats]:
+    """Return (p,) the probability of each pair, and (p,) that its echo is of no other object."""
+    share, free = np.empty((2, len(hypotheses.score)))
+    native.jpda_shares(hypotheses.plain(), objects, echoes, share, free)
+    return share, free

@@ -42,12 +42,13 @@ static void find_missed_and_hiding(const History *history, const Known *known, c
     }
 }
 
-/* Fills in the next states; `odds_factor`: of `ExistenceModel`; `rest`, `static_from`: `REST` and `STATIC` of the
+/* Fills in the next states, and whether any object is lost out of view, is confirmed, and ends or rests once confirmed;
+   `odds_factor`: of `ExistenceModel`; `rest`, `static_from`: `REST` and `STATIC` of the
    settings. */
 KERNEL(next_states,
        "i8[8,n] history, f8[17,n] existence, b1[n] hit, b1[n] inside, b1[n] skipped, f8[3,n] position, f8[3,n] variance, "
        "f8[3,n] shared, f8[n] radius, f8[n] static, int t_ns, float odds_factor, float rest, "
-       "float static_from, " LIFE_LIMITS ", out i8[n] states")
+       "float static_from, " LIFE_LIMITS ", out i8[n] states, out b1[3] events")
 {
     const int64_t n = SIZE(0, 1), t_ns = INT(10);
     const History history = history_rows(ARRAY(int64_t, 0), n);
@@ -64,7 +65,9 @@ KERNEL(next_states,
     const Circles circles = {known.position, known.position + n, known.radius};
     const LifeLimits limits = limits_from(arguments, 14);
     int64_t *states = ARRAY(int64_t, 21);
+    bool *events = ARRAY(bool, 22), *lost = events, *confirmed = events + 1, *for_the_map = events + 2;
     Some missed, hiding;
+    memset(events, 0, 3 * sizeof *events);
     find_missed_and_hiding(&history, &known, shown.hit, &missed, &hiding);
     for (int64_t i = 0; i < n; i++) {
         const int64_t state = history.state[i], unseen_ns = t_ns - history.last[i];
@@ -86,6 +89,9 @@ KERNEL(next_states,
             .duplicate = young && is_duplicate(i, missed, &history, &circles),
             .sigma = sigma_of(&known, i),
         };
-        states[i] = next_state_of(state, &evidence, &limits);
+        const int64_t after = states[i] = next_state_of(state, &evidence, &limits);
+        *lost |= after == STAND_BY && !shown.inside[i];
+        *confirmed |= state == TENTATIVE && after == ACTIVE;
+        *for_the_map |= after == HIBERNATED || (after == TERMINATED && state != TENTATIVE);
     }
 }

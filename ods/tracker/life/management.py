@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ods.base.arrays import Indices, Ints, Mask
-from ods.compiled import native
 from ods.tracker.existence.lifecycle import ACTIVE, HIBERNATED, STAND_BY, TENTATIVE, TERMINATED
 from ods.tracker.ids import PROVISIONAL_IDS
+from ods.tracker.life.judgement import Judgement
 from ods.tracker.map.hibernated import HibernatedObjects
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.field_of_view import coverage_of, in_opening, near_coverage
@@ -70,12 +70,12 @@ class TrackManager:
         if inside.any():
             tracks.recall(self.asleep.wake(ids[inside].tolist()), scan.t_ns, vehicle.sigma_position[:2] ** 2)
 
-    def manage(self, tracks: Tracks, states: Ints, prediction: ScanPrediction, utc_ns: int) -> Outcome:
-        """Take the objects to their next `states` (n,); return what that changes."""
+    def manage(self, tracks: Tracks, judged: Judgement, prediction: ScanPrediction, utc_ns: int) -> Outcome:
+        """Take the objects to their next states; return what that changes."""
+        states, (lost, confirmed, for_the_map) = judged.states, judged.events.tolist()
         inside, history = prediction.field_of_view.inside, tracks.history
         before = history.state.copy()
         history.state[:] = states
-        lost, confirmed, for_the_map = _events(before, states, inside)
         if lost:
             tracks.settle(((states == STAND_BY) & ~inside).nonzero()[0])
         continued = np.zeros(len(states), bool)
@@ -131,11 +131,3 @@ class TrackManager:
         outcome.hibernated = map_objects(now.take(stored[reported]), utc_ns)
         self.asleep.remember(outcome.hibernated)
         return outcome
-
-
-def _events(before: Ints, states: Ints, inside: Mask) -> list[bool]:
-    """Return whether any object is lost out of view, is confirmed, and ends or rests once confirmed."""
-    events = np.empty(3, np.bool_)
-    native.management_events(before, states, inside, events)
-    found: list[bool] = events.tolist()
-    return found
