@@ -40,8 +40,8 @@ class Client:
         self.health: Health | None = None
         self._subscriber = bus.Subscriber(context, run_dir, ["pose"], ["nav"])
 
-    def until(self, enough: Callable[[], bool], patience_s: float = 10.0) -> None:
-        """Listen until `enough`."""
+    def until(self, enough: Callable[[], bool], patience_s: float = 60.0) -> None:
+        """Listen until `enough`: a guest kernel without virtualisation starts a process in half a minute."""
         deadline_s = time.monotonic() + patience_s
         while not enough() and time.monotonic() < deadline_s:
             for topic, message in self._subscriber.receive(0.05)[0]:

@@ -113,7 +113,7 @@ def running() -> Iterator[Rig]:
     with tempfile.TemporaryDirectory(prefix="ods-", dir="/dev/shm") as folder:  # a guest's files on disk are its host's
         client = Client(context, Path(folder))
         with nav(Path(folder), "vcan0") as process, Ins("vcan0") as ins:
-            client.until(lambda: len(client.poses) > 20, 20.0)
+            client.until(lambda: len(client.poses) > 20)
             yield Rig(client, process, ins)
         client.close()
     context.term()
