@@ -76,7 +76,7 @@ def test_nothing_outlives_the_runner(number: int, status: int) -> None:
         assert runner.stdout is not None
         assert runner.stdout.readline() == b"up\n"
         begun = psutil.Process(runner.pid).children(recursive=True)
-        assert len(begun) >= 3
+        assert len(begun) >= 2  # of QEMU's guest the host sees no process
         runner.send_signal(number)
     assert runner.returncode == status
     assert not psutil.wait_procs(begun, timeout=10.0)[1]

@@ -81,6 +81,10 @@ class Rig:
         assert self.client.health is not None
         return self.client.health.counters.get(name, 0)
 
+    def counts(self, name: str, least: int) -> None:
+        """Wait until a counter has come to `least`; a slow guest takes its time."""
+        self.client.until(lambda: self.client.health is not None and self.client.health.counters[name] >= least)
+
     def flows(self) -> None:
         """Wait until new poses come; at most as long as a recovery may take."""
         begun_ns = clock.monotonic_ns()
@@ -196,10 +200,12 @@ def test_flood_of_8000_frames_a_second(rig: Rig, vcan0: str, can_id: int) -> Non
                 sent += 1
             time.sleep(0.005)
         used_percent = 100.0 * (rig.cpu_s() - before_s) / elapsed_s
-    rig.client.until(lambda: len(rig.client.poses) > 100, RECOVERY_S)  # those of the flood's time are there, too
+    rig.client.until(lambda: len(rig.client.poses) > 100)  # those of the flood's time are there, too
     rig.is_well()
-    read = rig.counter("sync") - before
-    assert read >= sent if can_id == 0x080 else used_percent < SPIN_PERCENT
+    if can_id == 0x080:
+        rig.counts("sync", before + sent)
+    else:
+        assert used_percent < SPIN_PERCENT
 
 
 def test_the_kernel_passes_on_what_nav_wants_and_nothing_else(rig: Rig) -> None:
@@ -220,7 +226,7 @@ def test_a_process_that_was_stopped_for_a_while_has_lost_no_frame(rig: Rig, vcan
         rig.process.resume()
     rig.ins.mute = False
     rig.is_well()
-    assert rig.counter("sync") - before >= sent
+    rig.counts("sync", before + sent)
 
 
 def test_malformed_pdos_and_emergencies(rig: Rig, vcan0: str) -> None:
