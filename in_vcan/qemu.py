@@ -14,6 +14,8 @@ KERNEL = "linux-image-amd64"
 """Not the "cloud" kernel, which has no CAN."""
 ROOT = ("virtio_pci", "virtio_console", "9pnet_virtio", "9p")
 MEMORY_MB = 2048
+CPUS = 2
+"""Each is emulated in a thread of its own: a chain of four processes cannot keep up on one."""
 NO_SOCKETS = {"TMPDIR": "/dev/shm"}
 """QEMU's file server cannot make sockets, so programs get a folder for them in the guest's memory."""
 
@@ -30,7 +32,7 @@ def run(job: Job) -> int:
         (boot_run.folder / "initrd").symlink_to(kernel / "initrd")
         return [
             *(PROGRAM, "-nodefaults", "-no-user-config", "-display", "none", "-no-reboot", "-serial", "stdio"),
-            *("-accel", "tcg", "-cpu", "max", "-m", f"{MEMORY_MB}M"),
+            *("-accel", "tcg,thread=multi", "-cpu", "max", "-smp", str(CPUS), "-m", f"{MEMORY_MB}M"),
             *("-kernel", str(kernel / "vmlinuz"), "-initrd", str(kernel / "initrd")),
             *("-append", f"console=ttyS0 quiet panic=-1 mitigations=off -- {boot_run.init}"),
             *("-fsdev", "local,id=host,path=/,security_model=none,multidevs=remap"),
