@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from benchmarks.circles import Case, Look
-from benchmarks.heard_echoes import Seen, heard
+from benchmarks.heard_echoes import Seen, received
 from ods.assess.sea.run import head_at
 from ods.base.arrays import Floats
 from ods.base.frames.geometry import body_to_polar, global_to_body
@@ -98,17 +98,17 @@ def _spheres(rng: np.random.Generator, depth_m: float, falls: Floats) -> list[di
 def seen_over_beds(rng: np.random.Generator, scenes: int) -> Iterator[Seen]:
     """Look at spheres over so many beds, PINGS times each; those that are not found are left out."""
     sonar = find_sonar(SONAR_NAME)
-    with heard() as told:
+    with received() as reported:
         for _ in range(scenes):
             scene, chain = scene_drawn(rng), Chain(PipelineSettings())
             images = ImageSimulator(sonar, scene)
             for number in np.sort(rng.choice(int(SECONDS / sonar.ping_period_s), PINGS, replace=False)):
-                told.forget()
+                reported.forget()
                 ping, truth = shot_at(images, int(number))
                 head = head_at(scene, ping.t_ns)
                 for look in looks_at(truth, head, chain.process(ping, pose=head)):
                     assert look.found
-                    yield told.seen(look, look.found)
+                    yield reported.seen(look, look.found)
 
 
 def looks_at(truth: Truth, head: PoseEstimate, found: Detections) -> Iterator[Look]:

@@ -1,4 +1,4 @@
-"""`python -m benchmarks.causes`: physical causes that are no bodies, end to end: what a planner is told of each.
+"""`python -m benchmarks.causes`: physical causes that are no bodies, end to end: what a planner is reported of each.
 
 Three bodies over a flat bottom (config/scenes/figure11.toml, the vehicle under way at 1 m/s), 34 s of pings by the
 simulator with one cause at a time, through the pipeline and the tracker as on board. False obstacles are active ones
@@ -55,7 +55,7 @@ class Cause(NamedTuple):
 
 
 class Result(NamedTuple):
-    """What a planner was told."""
+    """What a planner was reported."""
 
     false: int
     false_s: float
@@ -142,9 +142,9 @@ def scene_of(cause: Cause) -> Scene:
     return Scene(msgspec.structs.replace(file, vehicle=vehicle, image=image, sea_bed=bed, duration_s=cause.seconds))
 
 
-def false_ids(told: ObstacleList, bodies: SceneBodies, t_s: float) -> tuple[set[int], list[bool]]:
+def false_ids(reported: ObstacleList, bodies: SceneBodies, t_s: float) -> tuple[set[int], list[bool]]:
     """Return the ids of active obstacles that are no body, and which bodies are in the list."""
-    active = [o for o in told.obstacles if o.state == "active" and not suspect(o)]
+    active = [o for o in reported.obstacles if o.state == "active" and not suspect(o)]
     places = np.array([o.position_ned[:2] for o in active]).reshape(-1, 2)
     radii = np.array([o.radius_m for o in active])
     apart = bodies.distances(t_s, places)
@@ -166,7 +166,7 @@ def watched(pings: Iterable[Ping], mission: Mission, said: dict[str, float]) -> 
 
 
 def judged(cause: Cause) -> Result:
-    """Return what is told of a cause."""
+    """Return what is reported of a cause."""
     scene = scene_of(cause)
     source = simulated(scene, find_sonar("seabat6012", SCENE))
     mission, bodies = Mission(MissionSettings()), SceneBodies(scene, 0.0)

@@ -20,7 +20,7 @@ import numpy as np
 from benchmarks.bed_spheres import seen_over_beds
 from benchmarks.circles import RADII_M, RANGES_M, SONAR, Case, Sonar, looks
 from benchmarks.fitted_layers import Layers, beginning, fitted
-from benchmarks.heard_echoes import Seen, heard
+from benchmarks.heard_echoes import Seen, received
 from ods.base.arrays import Floats
 from ods.pipeline.chain import Chain
 from ods.pipeline.measure.echoes import LAWS
@@ -76,12 +76,12 @@ def scenes(rng: np.random.Generator, count: int) -> Iterator[tuple[int, Case, in
 def seen_of(rng: np.random.Generator, count: int) -> Iterator[Seen]:
     """Look at bodies once each; those that are not found are left out."""
     chains = [Chain(PipelineSettings()) for _ in SCENES]
-    with heard() as told:
+    with received() as reported:
         for number, case, speckle in scenes(rng, count):
-            told.forget()
+            reported.forget()
             (look,) = looks(chains[number], case, 1, rng, speckle)
             if look.found and not look.found.cut:
-                yield told.seen(look, look.found)
+                yield reported.seen(look, look.found)
 
 
 class Laws(NamedTuple):

@@ -1,6 +1,7 @@
 """`python -m benchmarks.circles`: errors of the circles of bodies of known shape, and whether the sigmas match them.
 
-Echoes are made here, by quadrature over the body, and by nothing of the simulator. A cell hears the sum of intensities
+Echoes are made here, by quadrature over the body, and by nothing of the simulator. A cell receives the sum of the
+intensities
 over the body's lit points, weighted with a Gaussian beam of -3 dB width 1.5 deg, plus a background of 1, under
 exponential speckle, or the mean of so many images. The circle of a front is the sphere's, of a disc the disc's, of a
 plate the one around it; the near edge is the body's nearest point, that of a plate its front.
@@ -22,7 +23,7 @@ from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
 
 BEAM_REACH = 5.0
-"""Standard deviations of a beam's directivity beside its axis from which on it hears nothing: less than 4e-6."""
+"""Standard deviations of a beam's directivity beside its axis from which on it receives nothing: less than 4e-6."""
 KINDS = ("front", "disc", "half", "plate", "point")
 GATE_SIGMAS = 4.0
 """`tracker.gate_sigmas`."""
@@ -71,7 +72,7 @@ class Points(NamedTuple):
 def front(radius: float, cd: float = 0.3, cs: float = 0.3, roughness: float = np.radians(15.0)) -> Points:
     """Return the lit half of a sphere: gamma(alpha) of [SSIE] eqs. 3 and 4 times the surface as seen.
 
-    Its upper half, as a beam hears both halves alike.
+    Its upper half, as a beam receives both halves alike.
     """
     cosine, around = np.meshgrid((np.arange(400) + 0.5) / 400, np.pi * (np.arange(48) + 0.5) / 48, indexing="ij")
     alpha, sine = np.arccos(cosine), np.sqrt(1.0 - cosine**2)
@@ -217,7 +218,7 @@ def figures(errors: Errors) -> str:
 def seen_of(chain: Chain, case: Case, args: argparse.Namespace) -> Row:
     """Return what is seen of a case in so many looks, each at another place in two samples: a column of the chain's.
 
-    In the middle of a column places are told better than elsewhere, most of all those of points.
+    In the middle of a column places are reported better than elsewhere, most of all those of points.
     """
     kind, size = KINDS.index(case.kind) + 1, int(10 * case.size)
     rng = np.random.default_rng([args.seed, int(case.range_m), int(case.snr_db), size, kind])
@@ -247,9 +248,9 @@ def shares(square: Floats) -> str:
     """Return what print_summary tells of means of squares (rows, 4)."""
     right = (RIGHT[0] <= square) & (square <= RIGHT[1])
     counts = {"right": right, "over 2": square > 2.0, "under 0.5": square < 0.5}
-    text = "".join(f" | {name}:" + "".join(f"{v:5.0%}" for v in told.mean(0)) for name, told in counts.items())
+    text = "".join(f" | {name}:" + "".join(f"{v:5.0%}" for v in reported.mean(0)) for name, reported in counts.items())
     values = {"least": square.min(0), "median": np.median(square, 0), "most": square.max(0)}
-    return text + "".join(f" | {name}:" + "".join(f"{v:6.2f}" for v in told) for name, told in values.items())
+    return text + "".join(f" | {name}:" + "".join(f"{v:6.2f}" for v in reported) for name, reported in values.items())
 
 
 def drawn(kind: str, snr_db: float, rng: np.random.Generator) -> Case:

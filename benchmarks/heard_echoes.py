@@ -25,7 +25,7 @@ class Seen(NamedTuple):
     features: Features
 
 
-class Heard:
+class Received:
     """The features of the echoes of the last images."""
 
     def __init__(self) -> None:
@@ -41,16 +41,16 @@ class Heard:
 
     def listen(self, image: Image, regions: Regions, recorded: Recorded, fan: Fan) -> EchoTable:
         """Measure as the chain does, and keep the features."""
-        told = measure(image, regions, recorded, fan)
-        point_m = told.point * fan.dr_m
-        for echo, features in zip(told.echoes, told.features.tolist(), strict=True):
+        reported = measure(image, regions, recorded, fan)
+        point_m = reported.point * fan.dr_m
+        for echo, features in zip(reported.echoes, reported.features.tolist(), strict=True):
             self._features[float(echo["near_m"]), float(echo["bearing_rad"])] = point_m, Features(*features)
-        return told.echoes
+        return reported.echoes
 
 
 @contextmanager
-def heard() -> Iterator[Heard]:
+def received() -> Iterator[Received]:
     """Keep the features of what all chains of this process measure."""
-    told = Heard()
-    with patch.object(prepared_chain, "measure_echoes", told.listen):
-        yield told
+    reported = Received()
+    with patch.object(prepared_chain, "measure_echoes", reported.listen):
+        yield reported

@@ -55,8 +55,8 @@ def listed_of(case: Case, rng: np.random.Generator, pings: int) -> Listed | None
     bearing, range_m = rng.uniform(-WIDEST, WIDEST), case.range_m + rng.uniform(-1.0, 1.0) * case.sonar.dr_m
     attitudes = [(math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle)) for angle in yaw.tolist()]
     poses = poses_along(times, np.tile((0.0, 0.0, DOWN_M), (pings, 1)), attitudes, START_UTC_NS)
-    heard = _pings(case, range_m, bearing - yaw, times, rng)
-    *_, last = (step.list for step in Mission(MissionSettings()).steps(heard, poses))
+    received = _pings(case, range_m, bearing - yaw, times, rng)
+    *_, last = (step.list for step in Mission(MissionSettings()).steps(received, poses))
     return _taken(case, last, range_m, bearing)
 
 
@@ -69,10 +69,10 @@ def _pings(case: Case, range_m: float, bearings: Floats, times: list[int], rng: 
         yield msgspec.structs.replace(ping, **at)
 
 
-def _taken(case: Case, told: ObstacleList, range_m: float, bearing: float) -> Listed | None:
+def _taken(case: Case, reported: ObstacleList, range_m: float, bearing: float) -> Listed | None:
     """Return the obstacle that stands for the body, the head being at the origin."""
     sight = np.array([math.cos(bearing), math.sin(bearing)])
-    stands = min(told.obstacles, key=lambda o: math.dist(o.position_ned[:2], range_m * sight), default=None)
+    stands = min(reported.obstacles, key=lambda o: math.dist(o.position_ned[:2], range_m * sight), default=None)
     if stands is None or math.dist(stands.position_ned[:2], range_m * sight) > case.size + REACH_M:
         return None
     north, east, _ = stands.sigma_position

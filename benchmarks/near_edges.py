@@ -77,16 +77,16 @@ def judge(path: Path, sonar: str) -> None:
 
 
 def take(
-    body: Sphere | Cylinder | Plane, told: ObstacleList, t_s: float, edges: list[Edge], strips: list[Strip]
+    body: Sphere | Cylinder | Plane, reported: ObstacleList, t_s: float, edges: list[Edge], strips: list[Strip]
 ) -> None:
     """Compare a body with the obstacle that stands for it, if one does."""
     if isinstance(body, Cylinder) or (isinstance(body, Plane) and body.width_m is None):
         return
-    if body.position_ned is None or told.head is None:
+    if body.position_ned is None or reported.head is None:
         return
     place = np.array(body.position_ned) + t_s * np.array(body.velocity_ned)
-    head = np.array(told.head.position_ned)
-    stands = min(told.obstacles, key=lambda each: math.dist(each.position_ned[:2], place[:2]), default=None)
+    head = np.array(reported.head.position_ned)
+    stands = min(reported.obstacles, key=lambda each: math.dist(each.position_ned[:2], place[:2]), default=None)
     if stands is None or math.dist(stands.position_ned[:2], place[:2]) > stands.radius_m + NEAR_ENOUGH_M:
         return
     if stands.near_m is not None and stands.sigma_near_m is not None:
@@ -117,8 +117,8 @@ def strip_of(wall: Plane, place: Floats, stands: Obstacle) -> Strip:
     north, east, _ = tangent(wall)
     turned = math.degrees(stands.outline.azimuth_rad - math.atan2(east, north))
     off_m = math.dist(stands.outline.middle_ne, place[:2])
-    told = stands.outline.half_length_m, 0.5 * (wall.width_m or 0.0), stands.outline.sigma_half_length_m
-    return Strip(*told, abs((turned + 90.0) % 180.0 - 90.0), off_m)
+    reported = stands.outline.half_length_m, 0.5 * (wall.width_m or 0.0), stands.outline.sigma_half_length_m
+    return Strip(*reported, abs((turned + 90.0) % 180.0 - 90.0), off_m)
 
 
 def row(name: str, edges: list[Edge], strips: list[Strip]) -> str:

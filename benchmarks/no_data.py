@@ -1,7 +1,7 @@
 """`python -m benchmarks.no_data`: false echoes in images of pure speckle of which parts hold no data.
 
 Rayleigh speckle, 60 x 2000, 8-bit linear; the samples without data are 0, and nothing tells which they are ("found") or
-the ping does ("told"). Beside them quiet images, in which most samples are 0 because nothing reaches one count.
+the ping does ("reported"). Beside them quiet images, in which most samples are 0 because nothing reaches one count.
 """
 
 import argparse
@@ -73,14 +73,14 @@ def ping_of(counts: Bytes, number: int) -> Ping:
     )  # fmt: skip
 
 
-def false_echoes(chain: Chain, lose: Callable[[np.random.Generator], Mask], images: int, *, told: bool) -> float:
+def false_echoes(chain: Chain, lose: Callable[[np.random.Generator], Mask], images: int, *, reported: bool) -> float:
     """Return the detections an image of speckle of which some samples are lost."""
     rng, found = np.random.default_rng(7), 0
     for number in range(images):
         amplitude = MEAN_COUNTS / 0.886 * np.sqrt(rng.exponential(size=(BEAMS, SAMPLES)))
         lost = lose(rng)
         ping = ping_of(np.where(lost, 0, np.minimum(amplitude, 255.0)).astype(np.uint8), number)
-        if told:
+        if reported:
             ping = msgspec.structs.replace(ping, no_data=runs_where(lost))
         found += len(chain.process(ping).detections)
     return found / images
@@ -99,14 +99,14 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--images", type=int, default=100)
-    parser.add_argument("--told", action="store_true")
+    parser.add_argument("--reported", action="store_true")
     parser.add_argument("--chain", default="default", choices=CHAINS)
     args = parser.parse_args()
     chain = Chain(PipelineSettings(stage=CHAINS[args.chain], min_range_m=0.0))
-    whole = false_echoes(chain, partial(scattered, 0.0), args.images, told=args.told)
+    whole = false_echoes(chain, partial(scattered, 0.0), args.images, reported=args.reported)
     print(f"{args.chain}: false echoes an image, {args.images} images; whole {whole:.3f}")
     for name, pattern in PATTERNS.items():
-        cells = [false_echoes(chain, partial(pattern, share), args.images, told=args.told) for share in SHARES]
+        cells = [false_echoes(chain, partial(pattern, share), args.images, reported=args.reported) for share in SHARES]
         columns = "".join(f"  {share:.0%} {cell:8.3f}" for share, cell in zip(SHARES, cells, strict=True))
         print(f"{name:12}{columns}", flush=True)
     print("quiet       " + "".join(f"  {rms} {of_quiet(chain, rms, args.images):.3f}" for rms in QUIET_RMS))

@@ -37,9 +37,9 @@ class Seen(NamedTuple):
     height_error: Floats
     """(k,) in m,"""
     sigma_height: Floats
-    """(k,) as told,"""
+    """(k,) as reported,"""
     nees: Floats
-    """and (k, 2) squared errors over what is told: of the height, of north and east."""
+    """and (k, 2) squared errors over what is reported: of the height, of north and east."""
 
 
 def places(elevations_deg: tuple[int, ...]) -> Floats:
@@ -79,8 +79,8 @@ def tracked(found: list[Detections], *, by_plane: bool) -> Snapshot:
     tracker = Tracker(TrackerSettings())
     for message in found:
         sector = message.sector if by_plane else msgspec.structs.replace(message.sector, plane_half_rad=0.0)
-        told = msgspec.structs.replace(message, sector=sector)
-        tracker.step(received(told, hovering(message.t_ns), hovering, message.utc_ns).scan)
+        reported = msgspec.structs.replace(message, sector=sector)
+        tracker.step(received(reported, hovering(message.t_ns), hovering, message.utc_ns).scan)
     return tracker.snapshot()
 
 
@@ -92,7 +92,7 @@ def hovering(t_ns: int) -> PoseEstimate:
 
 
 def seen_of(tracks: Snapshot, elevations_deg: tuple[int, ...]) -> Iterator[Seen]:
-    """Yield what is told of each sphere."""
+    """Yield what is reported of each sphere."""
     for elevation, place in zip(elevations_deg, places(elevations_deg), strict=True):
         error = tracks.position - place[:, None]
         near = np.hypot(*error[:2]) < NEAR_M
@@ -107,7 +107,7 @@ def seen_of(tracks: Snapshot, elevations_deg: tuple[int, ...]) -> Iterator[Seen]
 
 def main() -> None:
     """Print the table."""
-    print("| elevation, deg | tracks | height's error, m | its sigma told, m | NEES: height; north, east |")
+    print("| elevation, deg | tracks | height's error, m | its sigma reported, m | NEES: height; north, east |")
     print("|---|---|---|---|---|")
     for elevations in ELEVATIONS_DEG:
         found = found_in(pings_of(elevations, SECONDS))

@@ -38,7 +38,7 @@ from ods.sonar_link.files.opening import open_pings
 FRAMES = 6
 """Images of each kind at most."""
 WINDOW = 9, 31
-"""Beams and samples of the neighbourhood that a sample's level is told against,"""
+"""Beams and samples of the neighbourhood that a sample's level is reported against,"""
 BLOCK = 12, 48
 """and of the blocks that have a texture each."""
 LOWEST_DB = -40.0

@@ -68,12 +68,12 @@ def scene_of(kind: int, seed: int, farthest_m: float = 92.0) -> Bodies:
 
 
 def summed(bodies: Bodies, file: SonarFile, step_m: float = STEP_M) -> Floats:
-    """Return the mean area, m2, (beams, samples), that a sonar at the origin hears of bodies in its frame."""
+    """Return the mean area, m2, (beams, samples), that a sonar at the origin receives of bodies in its frame."""
     rng = np.random.default_rng(1)
     width = np.radians(file.beam_width_deg)
     edges = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 1 + round(np.pi / width * BEARINGS_PER_WIDTH))
     bins = file.range0_m + file.dr_m * (np.arange(file.samples + 1) - 0.5)
-    heard = np.zeros((len(edges) - 1, file.samples))
+    received = np.zeros((len(edges) - 1, file.samples))
     for which, body in enumerate(bodies):
         for pieces in _pieces_of(body, step_m, rng):
             seen = np.ones(len(pieces.area), np.bool_)
@@ -82,10 +82,10 @@ def summed(bodies: Bodies, file: SonarFile, step_m: float = STEP_M) -> Floats:
             distance = np.linalg.norm(pieces.place, axis=1)
             echo = np.where(seen, echo_of(body, pieces, distance, file.vertical), 0.0)
             bearing = np.arctan2(pieces.place[:, 1], pieces.place[:, 0])
-            heard += np.histogram2d(bearing, distance, (edges, bins), weights=echo)[0]
+            received += np.histogram2d(bearing, distance, (edges, bins), weights=echo)[0]
     beams = np.radians((np.arange(file.beams_per_plane) - 0.5 * (file.beams_per_plane - 1)) * file.beam_spacing_deg)
     offset = (0.5 * (edges[1:] + edges[:-1]) - beams[:, None]) / width
-    return np.asarray(array_pattern(offset, file.side_lobe_db) @ heard)
+    return np.asarray(array_pattern(offset, file.side_lobe_db) @ received)
 
 
 def echo_of(body: Body, pieces: Pieces, distance: Floats, vertical: VerticalPattern) -> Floats:
@@ -100,7 +100,7 @@ def echo_of(body: Body, pieces: Pieces, distance: Floats, vertical: VerticalPatt
 
 
 def array_pattern(offset: Floats, side_lobe_db: float) -> Floats:
-    """Return the power that a line array with a Kaiser-Bessel taper hears, at `offset` beam widths off its axis."""
+    """Return the power that a line array with a Kaiser-Bessel taper receives, at `offset` beam widths off its axis."""
     table = _pattern_table(side_lobe_db)
     return np.interp(np.abs(offset), TABLE_STEP * np.arange(len(table)), table)
 
@@ -192,8 +192,8 @@ def main() -> None:
         references = [summed(scene, SEABAT) for scene in scenes]
         for max_error in (0.1, 0.03, 0.01):
             errors = np.array([error_of(*pair, sonar, max_error) for pair in zip(scenes, references, strict=True)])
-            told = np.quantile(errors, [0.5, 0.95, 0.99, 1.0])
-            quantiles = " | ".join(f"{error:.1%}" for error in told)
+            reported = np.quantile(errors, [0.5, 0.95, 0.99, 1.0])
+            quantiles = " | ".join(f"{error:.1%}" for error in reported)
             print(f"| {name} | {max_error} | {np.mean(errors <= max_error):.0%} | {quantiles} |", flush=True)
 
 

@@ -127,8 +127,8 @@ def _used(running: Running, seconds: float) -> Used:
 
 
 def _drawn(window: webdriver.Chrome) -> tuple[int, float]:
-    told: dict[str, Any] = window.execute_script(f"return {VIEW}.drawn")
-    return int(told["frames"]), float(told["ms"])
+    reported: dict[str, Any] = window.execute_script(f"return {VIEW}.drawn")
+    return int(reported["frames"]), float(reported["ms"])
 
 
 def _cpu_s(running: Running) -> tuple[float, float]:

@@ -55,10 +55,10 @@ def scrubbed(recording: Path) -> Scrubbed:
         left, right, height = window.execute_script(TRACK)
         window.execute_script(COUNT)
         _drag(window, left + 1.0, right - 1.0, height)
-        told: list[tuple[float, str]] = window.execute_script("return window.pictures")
-    times = [at for at, _ in told]
+        reported: list[tuple[float, str]] = window.execute_script("return window.pictures")
+    times = [at for at, _ in reported]
     gaps = [later - sooner for sooner, later in pairwise(times)]
-    return Scrubbed(len(gaps) / (times[-1] - times[0]) * 1e3, len({text for _, text in told}), max(gaps))
+    return Scrubbed(len(gaps) / (times[-1] - times[0]) * 1e3, len({text for _, text in reported}), max(gaps))
 
 
 def _drag(window: webdriver.Chrome, left: float, right: float, height: float) -> None:

@@ -30,15 +30,15 @@ def scene_of(
     *objects: dict[str, Any], bed_m: float | None = 22.6, velocity: tuple[float, ...] = (0.0, 0.0, 0.0)
 ) -> Scene:
     """A scene before a vehicle at a depth of 20 m."""
-    told: dict[str, Any] = {
+    reported: dict[str, Any] = {
         "seed": 1, "duration_s": 60.0, "shadows": False,
         "vehicle": {"position_ned": [0.0, 0.0, 20.0], "velocity_ned": list(velocity)},
         "objects": [{"name": f"{k}", "surface": SURFACE} | each for k, each in enumerate(objects)],
         "image": {"gain": 20000.0, "noise_counts": 30.0, "looks": 1.0},
     }  # fmt: skip
     if bed_m is not None:
-        told["sea_bed"] = {"depth_m": bed_m, "surface": SURFACE}
-    return Scene(msgspec.convert(told, SceneFile))
+        reported["sea_bed"] = {"depth_m": bed_m, "surface": SURFACE}
+    return Scene(msgspec.convert(reported, SceneFile))
 
 
 def sphere(north: float, east: float, down: float, radius_m: float = 0.5) -> dict[str, Any]:

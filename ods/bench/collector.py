@@ -45,7 +45,7 @@ class Collector:
     """Subscribes to all topics and all health reports of a run folder."""
 
     def __init__(self, run_dir: Path, folder: Path | None = None, *, numbered: bool = True) -> None:
-        """`folder`: of the results, which has room for what is heard.
+        """`folder`: of the results, which has room for what is received.
 
         numbered: the sonar numbers its pings; else a ping's truth is that of its time.
         """

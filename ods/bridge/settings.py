@@ -94,7 +94,7 @@ class Ros2Settings(ListSettings, frozen=True):
     peers: Annotated[tuple[str, ...], msgspec.Meta(max_length=16)] = ()
     """IP addresses of the computers with the nodes; "lo" needs none."""
     multicast: bool = False
-    """Let nodes of the whole network find this bridge, and hear it, without being named in `peers`."""
+    """Let nodes of the whole network find this bridge, and receive it, without being named in `peers`."""
     namespace: Annotated[str, msgspec.Meta(pattern="^(/[A-Za-z][A-Za-z0-9_]*)+$", max_length=100)] = "/ods"
     """In front of the topics' names, but for /diagnostics and /tf."""
     map_frame: FrameName = "map"

@@ -1,6 +1,6 @@
 """Common work of all bridges: it sends the newest one, if it is valid and it is time.
 
-A receiver that hears nothing lets its obstacles expire, which is what it shall do when the list cannot be relied on.
+A receiver that receives nothing lets its obstacles expire, which is what it shall do when the list cannot be relied on.
 """
 
 from abc import abstractmethod
@@ -32,7 +32,7 @@ class ListWorker(Worker[BridgeConfig]):
     def __init__(self, service: Service, settings: BridgeConfig) -> None:
         super().__init__(service, settings)
         self._obstacle_list: ObstacleList | None = None
-        self._heard_ns = clock.monotonic_ns()
+        self._received_ns = clock.monotonic_ns()
         self._due_ns = 0
         self._silent = ""
         """Why the last list was not sent."""
@@ -48,7 +48,7 @@ class ListWorker(Worker[BridgeConfig]):
 
     def handle(self, topic: str, message: Any) -> None:
         """Keep the newest list; what waits for its turn is never older than that."""
-        self._heard_ns = clock.monotonic_ns()
+        self._received_ns = clock.monotonic_ns()
         if self._obstacle_list is not None:
             self.service.counters["paced_lists"] += 1
         self._obstacle_list = message
@@ -80,7 +80,7 @@ class ListWorker(Worker[BridgeConfig]):
 
     def silence(self, now_ns: int) -> str:
         """Return why nothing is sent, or ""."""
-        silent_ns = now_ns - self._heard_ns
+        silent_ns = now_ns - self._received_ns
         return f"no obstacle list for {silent_ns / clock.NS:.1f} s" if silent_ns > STALE_NS else self._silent
 
     def problems(self) -> list[str]:

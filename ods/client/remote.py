@@ -102,7 +102,7 @@ class RemoteBus:
         self._since_ns = now_ns
 
     def hindrance(self) -> str:
-        """Say, after a colon, why nothing is heard."""
+        """Say, after a colon, why nothing is received."""
         while self._monitor.poll(0):
             self._said = _meaning(self._address, recv_monitor_message(self._monitor)) or self._said
         return f": {self._said}" if self._said else f": no answer from {self._address}"

@@ -7,7 +7,7 @@ from ods.base import clock
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.commands.watched import watch_json
-from ods.commands.watched.heard import Heard, listen, one_look
+from ods.commands.watched.received import Received, listen, one_look
 from ods.config import OnboardConfig
 from ods.runtime import bus
 
@@ -33,16 +33,16 @@ def run(args: Namespace) -> int:
 
 def _once(run_dir: Path, *, as_json: bool) -> int:
     """Print one look; return 0 where the list is valid, else 1."""
-    heard = one_look(run_dir)
+    received = one_look(run_dir)
     if as_json:
-        hindrance = bus.hindrance(run_dir, "tracker") if heard.newest is None else ""
-        print(watch_json.text(heard, clock.monotonic_ns(), hindrance))
+        hindrance = bus.hindrance(run_dir, "tracker") if received.newest is None else ""
+        print(watch_json.text(received, clock.monotonic_ns(), hindrance))
     else:
         from ods.commands.watched import watch_screen
 
-        watch_screen.once(heard, lambda: bus.hindrance(run_dir, "tracker"))
-    return 0 if _is_valid(heard) else 1
+        watch_screen.once(received, lambda: bus.hindrance(run_dir, "tracker"))
+    return 0 if _is_valid(received) else 1
 
 
-def _is_valid(heard: Heard) -> bool:
-    return heard.newest is not None and heard.newest.valid and not heard.silent(clock.monotonic_ns())
+def _is_valid(received: Received) -> bool:
+    return received.newest is not None and received.newest.valid and not received.silent(clock.monotonic_ns())

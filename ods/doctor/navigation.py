@@ -32,7 +32,7 @@ SLOW = 0.9
 """A message that comes less often than this share of the fastest is slow."""
 
 
-class Heard(NamedTuple):
+class Received(NamedTuple):
     """What came while listening."""
 
     items: Counter[str]
@@ -68,23 +68,23 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
     counters: Counter[str] = Counter()
     try:
         source = _source(settings, counters)
-        heard = _hear(settings, source, counters, seconds)
+        received = _hear(settings, source, counters, seconds)
     except OdsError as error:
         yield Finding("wrong", subject, str(error))
         return
-    waiting = None if nav_runs else _waiting(subject, settings.nav, source, heard)
+    waiting = None if nav_runs else _waiting(subject, settings.nav, source, received)
     if waiting:
         yield waiting
         return
-    if not any(heard.items[name] for name in source.expects()):
-        yield Finding("wrong", subject, _nothing(settings.nav, heard, seconds))
+    if not any(received.items[name] for name in source.expects()):
+        yield Finding("wrong", subject, _nothing(settings.nav, received, seconds))
         return
-    yield from _rates(source, heard.items, _own_rhythm(settings.nav, source), seconds)
+    yield from _rates(source, received.items, _own_rhythm(settings.nav, source), seconds)
     if nav_runs:  # its frames are another node's to us, and it reports the rest itself
-        heard = heard._replace(line=[], problems=[])
+        received = received._replace(line=[], problems=[])
         counters["own_id_taken"] = 0
-    instants = _fastest(source, heard.items, _own_rhythm(settings.nav, source))
-    yield from _judge(subject, heard, counters, instants, seconds, settings.pose.max_extrapolation_s)
+    instants = _fastest(source, received.items, _own_rhythm(settings.nav, source))
+    yield from _judge(subject, received, counters, instants, seconds, settings.pose.max_extrapolation_s)
 
 
 def _source(settings: OnboardConfig, counters: Counter[str]) -> PoseSource[Any]:
@@ -92,7 +92,7 @@ def _source(settings: OnboardConfig, counters: Counter[str]) -> PoseSource[Any]:
     return make_source(settings.nav, frame, lambda _id, _data: None, counters)
 
 
-def _hear(settings: OnboardConfig, source: PoseSource[Any], counters: Counter[str], seconds: float) -> Heard:
+def _hear(settings: OnboardConfig, source: PoseSource[Any], counters: Counter[str], seconds: float) -> Received:
     """Listen; what was counted before the first pose is the rest of an epoch under way, and forgotten."""
     opened: list[int | None] = [None]
     link = make_link(settings.nav, source, counters, lambda fd: opened.append(fd), lambda _fd: opened.append(None))
@@ -110,7 +110,7 @@ def _hear(settings: OnboardConfig, source: PoseSource[Any], counters: Counter[st
                         counters.clear()
                     poses.append(pose)
             _wait(opened[-1])
-        return Heard(items, poses, link.problems(), source.problems(clock.monotonic_ns()))
+        return Received(items, poses, link.problems(), source.problems(clock.monotonic_ns()))
     finally:
         link.close()
 
@@ -132,9 +132,9 @@ def _own_rhythm(nav: NavSettings, source: PoseSource[Any]) -> set[str]:
     return {*nav.dbc.held, *(item.signal.partition(".")[0] for item in nav.dbc.valid)}
 
 
-def _waiting(subject: str, nav: NavSettings, source: PoseSource[Any], heard: Heard) -> Finding | None:
+def _waiting(subject: str, nav: NavSettings, source: PoseSource[Any], received: Received) -> Finding | None:
     """Judge an INS that says at most that it waits to be started; None when it says more, or no node would start it."""
-    came = {what for name, what in source.expects().items() if heard.items[name]}
+    came = {what for name, what in source.expects().items() if received.items[name]}
     if came - {"heartbeat"} or not source.waits_for_start(clock.monotonic_ns()):
         return None
     if nav.canopen is not None and nav.canopen.start_ins:
@@ -145,20 +145,20 @@ def _waiting(subject: str, nav: NavSettings, source: PoseSource[Any], heard: Hea
     return Finding("wrong", subject, found) if came else None
 
 
-def _nothing(nav: NavSettings, heard: Heard, seconds: float) -> str:
+def _nothing(nav: NavSettings, received: Received, seconds: float) -> str:
     """Return a text that nothing came that a pose is made of, why if that is known, and what came instead."""
-    others = ", ".join(sorted(heard.items.keys() - {NO_NAME}))
+    others = ", ".join(sorted(received.items.keys() - {NO_NAME}))
     found = [f"others came: {others}"] if others else []
-    causes = [problem for problem in heard.problems if problem.endswith("?")] or heard.line
+    causes = [problem for problem in received.problems if problem.endswith("?")] or received.line
     if causes and not any(SILENT in cause for cause in causes):
         return f"nothing that it should send came within {seconds:g} s: {'; '.join([*found, *causes])}"
-    found = [*heard.line, *(problem for problem in heard.problems if NEVER not in problem), *found]
+    found = [*received.line, *(problem for problem in received.problems if NEVER not in problem), *found]
     asked = f"is the INS on, wired and set to send, and {_right(nav)} right?"
     return f"nothing that it should send came within {seconds:g} s ({'; '.join(found)}): {asked}"
 
 
 def _right(nav: NavSettings) -> str:
-    """Return the keys that decide whether anything is heard, with their verb."""
+    """Return the keys that decide whether anything is received, with their verb."""
     if nav.nmea is not None and nav.source == "nmea":
         return "is nav.nmea.port" if "://" in nav.nmea.port else "are nav.nmea.port and nav.nmea.baud"
     return f"are bit rate and {'nav.dbc.file' if nav.source == 'dbc' else 'nav.canopen.ins_node_id'}"
@@ -188,33 +188,34 @@ def _rates(source: PoseSource[Any], items: Counter[str], own_rhythm: set[str], s
 
 
 def _judge(
-    subject: str, heard: Heard, counters: Counter[str], instants: int, seconds: float, bridged_s: float
+    subject: str, received: Received, counters: Counter[str], instants: int, seconds: float, bridged_s: float
 ) -> Iterator[Finding]:
     """Yield how many poses came and what is wrong with them.
 
     instants: how many there could be. bridged_s: gap between poses that the tracker bridges.
     """
     trouble = [f"{name} {count}" for name, count in sorted(counters.items()) if count and name in trouble_names("nav")]
-    if not heard.poses:
-        stale = [problem for problem in heard.problems if problem.startswith("no pose")] or ["no pose"]
-        others = [*heard.line, *(problem for problem in heard.problems if problem not in stale)]
+    if not received.poses:
+        stale = [problem for problem in received.problems if problem.startswith("no pose")] or ["no pose"]
+        others = [*received.line, *(problem for problem in received.problems if problem not in stale)]
         yield Finding(
             "wrong", subject, "; ".join(stale + (others or trouble))
         )  # what is counted follows from the others
         return
-    rate = len(heard.poses) / seconds
+    rate = len(received.poses) / seconds
     if rate * bridged_s < 1.0:
         yield Finding("wrong", subject, f"{rate:.1f} poses/s: the tracker bridges {bridged_s:g} s "
                       "(pose.max_extrapolation_s), so give the INS's messages a higher rate")  # fmt: skip
-    elif len(heard.poses) < SLOW * instants:
-        lost = 1.0 - len(heard.poses) / instants
-        yield Finding("note", subject, f"{rate:.1f} poses/s, the newest {_place(heard.poses[-1])}: {lost:.0%} of what "
+    elif len(received.poses) < SLOW * instants:
+        lost = 1.0 - len(received.poses) / instants
+        yield Finding("note", subject, f"{rate:.1f} poses/s, the newest {_place(received.poses[-1])}: "
+            f"{lost:.0%} of what "
                       f"the INS sends is lost")  # fmt: skip
     else:
-        yield Finding("good", subject, f"{rate:.1f} poses/s, the newest {_place(heard.poses[-1])}")
-    for problem in (*heard.line, *heard.problems):
+        yield Finding("good", subject, f"{rate:.1f} poses/s, the newest {_place(received.poses[-1])}")
+    for problem in (*received.line, *received.problems):
         yield Finding("wrong", subject, problem)
-    yield from pose_sense.examine(subject, heard.poses)
+    yield from pose_sense.examine(subject, received.poses)
     if trouble:
         yield _counted(subject, trouble)
 

@@ -17,7 +17,7 @@ HIGH_M = 5.0
 
 
 def examine(subject: str, poses: Sequence[Pose]) -> Iterator[Finding]:
-    """Yield what cannot be right about the poses heard, in order of time; at least one."""
+    """Yield what cannot be right about the poses received, in order of time; at least one."""
     north, east, down = poses[-1].position_ned
     away_m = float(np.hypot(north, east))
     if away_m > FAR_M:

@@ -175,11 +175,11 @@ def _entity(stamp: fg.Timestamp, o: Obstacle, valid: bool) -> fg.SceneEntity:
     )  # fmt: skip
     return fg.SceneEntity(
         timestamp=stamp, frame_id=MAP, id=f"obstacle-{o.id}", lifetime=fg.Duration(*divmod(round(LIFETIME_S * NS), NS)),
-        metadata=_pairs(_told(o)), cylinders=[body, halo], texts=[label],
+        metadata=_pairs(_fields(o)), cylinders=[body, halo], texts=[label],
     )  # fmt: skip
 
 
-def _told(o: Obstacle) -> dict[str, object]:
+def _fields(o: Obstacle) -> dict[str, object]:
     """Return what a click on an obstacle shows."""
     return {
         "id": o.id, "state": o.state, "existence": o.existence, "radius_m": o.radius_m,

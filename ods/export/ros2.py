@@ -75,7 +75,7 @@ class BagMessages(Messages):
     def __init__(self) -> None:
         super().__init__()
         self.diagnosed_ns = 0
-        """Of the newest DiagnosticArray: of several processes, in the order in which they were heard."""
+        """Of the newest DiagnosticArray: of several processes, in the order in which they were received."""
 
     def of(self, stamp_ns: int, message: msgspec.Struct) -> list[tuple[str, Any]]:
         """Return topics and messages. Raises UnfitMessageError."""

@@ -1,4 +1,4 @@
-"""One address on which other computers hear topics: a PUB socket with CURVE.
+"""One address on which other computers receive topics: a PUB socket with CURVE.
 
 What a reader may cost is bounded: messages that wait for him by the queue, and he himself is cut when he takes nothing
 for CUT_S, by the kernel's TCP_USER_TIMEOUT and by ZeroMQ's heartbeats.

@@ -15,7 +15,7 @@ from ods.missions.detections.laws import Laws
 from ods.missions.failing.witness import Warned, Witness
 from ods.missions.outcome import Ending, Outcome
 from ods.missions.settings import Arm, Campaign
-from ods.missions.watch import STEPS, Heard, TruthWatch, watch_of
+from ods.missions.watch import STEPS, Received, TruthWatch, watch_of
 from ods.missions.world import World, make_world
 from ods.offline.mission import MissionSettings
 from ods.planner.conflict import conflict
@@ -57,7 +57,7 @@ class Referee:
         if self.clearance_m < 0.0 and int(clear.argmin()) not in self.first_listed_m:
             self.time_to_collision_s = 0.0
 
-    def hear(self, received: ObstacleList, now: VehicleState) -> None:
+    def receive(self, received: ObstacleList, now: VehicleState) -> None:
         """Take a list: which obstacles are in it for the first time, seen from where the vehicle is now."""
         if not received.obstacles or len(self.first_listed_m) == len(self._world.radius_m):
             return
@@ -124,7 +124,7 @@ class Flight:
             self.watch = watch_of(arm, self.world, self.vehicle, sonar, onboard, laws, campaign.errors)
         except ValueError as error:
             raise OdsError(f"world: {error}") from error
-        self.heard: Heard | None = None
+        self.received: Received | None = None
         self._ending: Ending = "time-out"
 
     def _planner(self, start: VehicleState, goal: Vector3) -> Planner | Led:
@@ -171,11 +171,11 @@ class Flight:
         for _ in range(STEPS):
             was = self.vehicle.way[-1]
             self.referee.see(was, self.vehicle.step(self._period_s / STEPS))
-        self.heard = self.watch.look(ping, sent)
-        if self.heard is not None:
-            self.planner.hear(*self.heard)
-            self.referee.hear(self.heard.list, self.vehicle.way[-1])
-            self.referee.witness.hear(*self.heard, sent, self.vehicle.way[-1].t_s)
+        self.received = self.watch.look(ping, sent)
+        if self.received is not None:
+            self.planner.receive(*self.received)
+            self.referee.receive(self.received.list, self.vehicle.way[-1])
+            self.referee.witness.receive(*self.received, sent, self.vehicle.way[-1].t_s)
         now_ns = round(self.vehicle.way[-1].t_s * NS)
         set_point = self.planner.steer(now_ns)
         self.vehicle.obey(set_point.heading_rad, set_point.speed_m_s, set_point.down_m)

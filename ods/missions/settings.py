@@ -50,7 +50,7 @@ class WorldSettings(Settings, frozen=True):
     dead_end_m: Metres = 12.0
     """and their radius, m."""
     heard_within_m: Positive | None = None
-    """Obstacles echo only where the vehicle is nearer to their edges, m; none: as far as the sonar hears them."""
+    """Obstacles echo only where the vehicle is nearer to their edges, m; none: as far as the sonar receives them."""
     surface: Surface = Surface(cd=0.1, cs=0.05, sigma_deg=15.0)
     """How obstacles reflect."""
     sea_bed: SeaBed | None = None

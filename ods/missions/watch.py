@@ -40,7 +40,7 @@ POSE_STEPS = 2
 NO_ERRORS = ErrorSettings()
 
 
-class Heard(NamedTuple):
+class Received(NamedTuple):
     """What the planner receives after a ping."""
 
     list: ObstacleList
@@ -50,7 +50,7 @@ class Heard(NamedTuple):
 class Watch(Protocol):
     """Looks at the world from the vehicle."""
 
-    def look(self, number: int, sent: VehicleState) -> Heard | None:
+    def look(self, number: int, sent: VehicleState) -> Received | None:
         """Return what ping `number`, sent from there, led to, once the vehicle has gone on to the next; None: nothing.
 
         Raises OdsError.
@@ -63,7 +63,7 @@ class TruthWatch:
     def __init__(self, world: World, range_m: float, *, blind: bool = False) -> None:
         self._world, self._range_m, self._blind = world, range_m, blind
 
-    def look(self, number: int, sent: VehicleState) -> Heard:
+    def look(self, number: int, sent: VehicleState) -> Received:
         """Return what is there at that time."""
         t_s, t_ns, pose = sent.t_s, round(sent.t_s * NS), pose_of(sent)
         near = []
@@ -74,7 +74,7 @@ class TruthWatch:
         obstacles = [self._obstacle(which, (*places[which].tolist(), down)) for which in near]
         truth = ObstacleList(number, number, t_ns, t_ns, t_ns, True, [], obstacles, made_ns=t_ns, pose=pose)
         reach = [self._range_m] * SECTORS
-        return Heard(
+        return Received(
             truth, Clearance(number, number, t_ns, t_ns, True, [0.0] * SECTORS, reach, [None] * SECTORS, pose=pose)
         )
 
@@ -137,7 +137,7 @@ class ByLaws:
         self._fan = fan_of(sonar)
         self._drawing = Drawing(laws, len(world.radius_m), self._fan, rng)
         self._listens_s = 2.0 * sonar.range_max_m / sonar.sound_speed
-        self._heard_ns = -1
+        self._received_ns = -1
 
     def found(self, number: int, sent: VehicleState) -> Found:
         """Return what the pipeline might have found."""
@@ -148,11 +148,11 @@ class ByLaws:
         at = head_of(self._vehicle, sent.t_s + self._listens_s)
         found = self._drawing.detections(number, t_ns, START_UTC_NS + t_ns, sights, at)
         spent_ms = 1e3 * (time.thread_time() - began)
-        heard = []
-        while self._heard_ns < ended_ns:
-            heard.append(next(self._poses))
-            self._heard_ns = heard[-1].t_ns
-        return Found(number, t_ns, START_UTC_NS + t_ns, ended_ns, heard, found, spent_ms)
+        received = []
+        while self._received_ns < ended_ns:
+            received.append(next(self._poses))
+            self._received_ns = received[-1].t_ns
+        return Found(number, t_ns, START_UTC_NS + t_ns, ended_ns, received, found, spent_ms)
 
 
 class OnBoard:
@@ -189,14 +189,14 @@ class OnBoard:
         self.tracking_ms: list[float] = []
         """and of the tracker."""
 
-    def look(self, number: int, sent: VehicleState) -> Heard | None:
+    def look(self, number: int, sent: VehicleState) -> Received | None:
         """Return the list of a ping."""
         found = self.newest = self._finding.found(number, sent)
         began = time.thread_time()
         found_list = self._tracking.list_of(found)
         self.tracking_ms.append(1e3 * (time.thread_time() - began))
         self.finding_ms.append(found.chain_ms)
-        return None if found_list is None else Heard(found_list, self._keeper.after(found_list, found.detections))
+        return None if found_list is None else Received(found_list, self._keeper.after(found_list, found.detections))
 
     def _poses(self) -> Iterator[Pose]:
         """Yield the vehicle's poses, for ever: it has always gone on beyond the last echo."""

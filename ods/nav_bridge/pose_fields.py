@@ -83,8 +83,8 @@ class PoseMaker:
         self._velocity = _needed(VELOCITIES, fields)
         self._place_sigmas = _choice(PLACE_SIGMAS, fields)
         self._attitude_sigmas = _choice(ATTITUDE_SIGMAS, fields)
-        self._told_sigmas = (*self._place_sigmas, *self._attitude_sigmas)
-        self._used = (*self._place, *self._attitude, *self._velocity, *self._told_sigmas)
+        self._reported_sigmas = (*self._place_sigmas, *self._attitude_sigmas)
+        self._used = (*self._place, *self._attitude, *self._velocity, *self._reported_sigmas)
         for name in sorted(fields):
             if name == SIGMA_OVER_BOTTOM and OVER_BOTTOM not in fields:
                 raise OdsError(f"{name}: needs {OVER_BOTTOM} too")
@@ -168,7 +168,7 @@ class PoseMaker:
             max(abs(place[0]), abs(place[1])) <= limits.horizontal_m
             and -limits.height_m <= place[2] <= limits.depth_m
             and max(map(abs, velocity)) <= limits.speed
-            and all(0.0 <= values[name] <= LARGEST_SIGMA[UNITS[name]] for name in self._told_sigmas)
+            and all(0.0 <= values[name] <= LARGEST_SIGMA[UNITS[name]] for name in self._reported_sigmas)
         )
         return (place, attitude, velocity) if inside else None
 
@@ -177,10 +177,10 @@ class PoseMaker:
         wild = [name for name in self._used if not abs(values[name]) < WILD]
         if wild:
             return f"{wild[0]} is {values[wild[0]]:g}"
-        negative = [name for name in self._told_sigmas if values[name] < 0.0]
+        negative = [name for name in self._reported_sigmas if values[name] < 0.0]
         if negative:
             return f"{negative[0]} is {values[negative[0]]:g}, below 0"
-        for name in self._told_sigmas:
+        for name in self._reported_sigmas:
             unit = UNITS[name]
             if values[name] > LARGEST_SIGMA[unit]:
                 return f"{name} is {values[name]:g} {unit}, more than {LARGEST_SIGMA[unit]:g}"

@@ -52,7 +52,7 @@ class Found(NamedTuple):
     """and its UTC."""
     ended_ns: int
     """When its last echo had come, or been read."""
-    heard: list[Pose]
+    poses: list[Pose]
     """Poses that came after those of the ping before."""
     detections: Detections | None
     """None: it was a bad ping."""
@@ -73,22 +73,22 @@ class Detecting:
         Of each ping the poses are known up to the first one after its last echo, as on board by the time it is read.
         """
         waiting = iter(poses)
-        heard_ns: int | None = None
+        received_ns: int | None = None
         for ping in pings:
             ended_ns = _end_of_reception_ns(ping)
-            heard: list[Pose] = []
-            while heard_ns is None or heard_ns < ended_ns:
+            taken: list[Pose] = []
+            while received_ns is None or received_ns < ended_ns:
                 pose = next(waiting, None)
                 if pose is None:
                     break
                 self._processor.add_pose(pose)
-                heard.append(pose)
-                heard_ns = pose.t_ns
+                taken.append(pose)
+                received_ns = pose.t_ns
             began = time.perf_counter()
             detections = self._detections(ping)
             spent_ms = 1e3 * (time.perf_counter() - began)
             until_ns = max(ended_ns, ping.t_rx_ns)
-            yield ping, Found(ping.ping_number, ping.t_ns, ping.utc_ns, until_ns, heard, detections, spent_ms)
+            yield ping, Found(ping.ping_number, ping.t_ns, ping.utc_ns, until_ns, taken, detections, spent_ms)
 
     def _detections(self, ping: Ping) -> Detections | None:
         try:
@@ -110,7 +110,7 @@ class Tracking:
     def list_of(self, found: Found) -> ObstacleList | None:
         """Return the list of one ping; None: it was bad, or came late. Raises PluginError."""
         tracker = self.tracker = self.tracker or self._tracker_from(found)
-        for pose in found.heard:
+        for pose in found.poses:
             tracker.add_pose(pose)
         if found.detections is None:
             return None

@@ -20,14 +20,14 @@
 /* What was learnt may differ so much from what is usual by chance: few samples are looked at. */
 #define CHANCE_DB 3.0
 /* A part of which some samples are 0 and the others at least so many counts, or so loud, has no level that could fall:
-   the sonar tells only what passes a threshold. */
+   the sonar reports only what passes a threshold. */
 #define STEP 2.0
 #define STEP_DB 18.0
 
 /* Parts of beams and range, (groups, rings). */
 typedef struct {
     int64_t groups, rings;
-    double *now_db;    /* NaN where nothing holds data, or no level is told */
+    double *now_db;    /* NaN where nothing holds data, or no level is reported */
     double *was_db;    /* NaN where not known */
     double *usual_db;  /* the lower of that and of what it was before it rose */
     double *saturated; /* share of the samples */
@@ -143,7 +143,7 @@ static bool is_risen(Levels levels, const double *last_db, int64_t from, bool wa
     return known >= levels.rings / 4 ? nearest && (double)high >= FALLEN_SHARE * (double)known : was_risen;
 }
 
-/* Judges the groups' levels, fallen and risen (groups,), and lets what they were follow; tells whether anything is unseen.
+/* Judges the groups' levels, fallen and risen (groups,), and lets what they were follow; returns whether anything is unseen.
    last_db: of the ping before; least_db: levels that were lower are not judged; most_saturated: share of a part that is unseen. */
 static bool follow(Levels levels, const double *last_db, double least_db, double most_saturated, double since_s, bool *fallen,
                    bool *risen)
@@ -169,7 +169,7 @@ static bool follow(Levels levels, const double *last_db, double least_db, double
     return blind;
 }
 
-/* Measures the levels of a frame from column `first` on and judges them; tells whether anything is unseen. */
+/* Measures the levels of a frame from column `first` on and judges them; returns whether anything is unseen. */
 KERNEL_BOOL(judge_levels, "rows u1|u2|f4[beams,:] frame, int first, " MISSING ", float top, float db_a_count, "
                           "float least_db, " LEVELS ", float least_judged_db, float most_saturated, float since_s, "
                           "out b1[groups] fallen, out b1[groups] risen")

@@ -1,6 +1,6 @@
 """Parts of the sector that a ping did not observe: blindness is not emptiness.
 
-A part of the sector is unseen where there are no data, where samples are saturated, where a beam hears a source
+A part of the sector is unseen where there are no data, where samples are saturated, where a beam receives a source
 (`deaf_beams`), and where the level of all ranges of some beams has fallen far below what it was: a head that is
 blocked, or out of the water. What the level was is learnt from the images, slowly, so that it follows what changes
 slowly: the depth, the bottom, the water. Unseen is, too, where levels of all ranges jump: noise that drowns what was

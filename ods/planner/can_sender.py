@@ -1,4 +1,4 @@
-"""Sends set points on a CAN bus; opens it, and opens it again when it fails. It hears nothing there."""
+"""Sends set points on a CAN bus; opens it, and opens it again when it fails. It receives nothing there."""
 
 import contextlib
 import logging

@@ -67,7 +67,7 @@ class Planner:
         self._came_from_rad: float | None = None
         """Back to there, while the list is not valid; None: it is."""
 
-    def hear(self, latest: ObstacleList, clearance: Clearance | None) -> None:
+    def receive(self, latest: ObstacleList, clearance: Clearance | None) -> None:
         """Take in a list and what goes with it."""
         if latest.pose is not None:
             self._list = latest

@@ -34,7 +34,7 @@ class PlannerWorker(Worker[PlannerConfig]):
         self._seq = 0
         self._valid = True
         """The newest list is; the tracker's health says why not."""
-        self._heard_ns = clock.monotonic_ns()
+        self._received_ns = clock.monotonic_ns()
         self._newest: SetPoint | None = None
 
     def handle(self, topic: str, message: ObstacleList | Clearance) -> None:
@@ -42,7 +42,7 @@ class PlannerWorker(Worker[PlannerConfig]):
         if isinstance(message, Clearance):
             self._clearance = message
             return
-        self._heard_ns = clock.monotonic_ns()
+        self._received_ns = clock.monotonic_ns()
         self._valid = message.valid
         if message.pose is not None:
             self._list, self._is_new = message, True
@@ -53,7 +53,7 @@ class PlannerWorker(Worker[PlannerConfig]):
         if self._list is None or not (self._is_new or now_ns >= self._due_ns):
             return
         if self._is_new:
-            self._planner.hear(self._list, self._fresh(now_ns))
+            self._planner.receive(self._list, self._fresh(now_ns))
         self._is_new, self._due_ns = False, now_ns + PERIOD_NS
         self._newest = self._planner.steer(now_ns)
         self._tell(self._newest, now_ns, self._list.seq)
@@ -87,7 +87,7 @@ class PlannerWorker(Worker[PlannerConfig]):
     def problems(self) -> list[str]:
         """Return why there is no valid list to steer by, and the problems of CAN, a text each."""
         found = []
-        silent_ns = clock.monotonic_ns() - self._heard_ns
+        silent_ns = clock.monotonic_ns() - self._received_ns
         if silent_ns > self._stale_ns:
             found.append(f"no obstacle list for {silent_ns / clock.NS:.1f} s")
         elif self._list is None:

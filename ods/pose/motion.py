@@ -24,7 +24,7 @@ class PoseMotion:
 
     def __init__(self) -> None:
         self.seconds = 0.0
-        self._moved, self._told = np.zeros(3), np.zeros(3)
+        self._moved, self._by_velocity = np.zeros(3), np.zeros(3)
         self._sigma_m = 0.0
 
     def add(self, earlier: Pose, later: Pose) -> None:
@@ -32,18 +32,20 @@ class PoseMotion:
         step_s = (later.t_ns - earlier.t_ns) / NS
         if 0.0 < step_s <= LONGEST_STEP_S:
             self._moved += np.subtract(later.position_ned, earlier.position_ned)
-            self._told += 0.5 * step_s * np.add(_velocity(earlier), _velocity(later))
+            self._by_velocity += 0.5 * step_s * np.add(_velocity(earlier), _velocity(later))
             self.seconds += step_s
             self._sigma_m = max(later.sigma_position_ned)
 
     def disagreement(self) -> str:
         """Return how places and velocities differ, and what to look at; "" where they do not."""
-        moved_m, told_m = float(np.linalg.norm(self._moved)), float(np.linalg.norm(self._told))
-        if np.linalg.norm(self._moved - self._told) <= SLACK_M + self._sigma_m + SLACK * max(moved_m, told_m):
+        moved_m, by_velocity_m = float(np.linalg.norm(self._moved)), float(np.linalg.norm(self._by_velocity))
+        if np.linalg.norm(self._moved - self._by_velocity) <= SLACK_M + self._sigma_m + SLACK * max(
+            moved_m, by_velocity_m
+        ):
             return ""
         return (
-            f"the position moved by {_vector(self._moved)} m within {self.seconds:.1f} s, by the velocity it were "
-            f"{_vector(self._told)} m (north, east, down): {_guess(moved_m, told_m)}"
+            f"the position moved by {_vector(self._moved)} m within {self.seconds:.1f} s, by the velocity it would be "
+            f"{_vector(self._by_velocity)} m (north, east, down): {_guess(moved_m, by_velocity_m)}"
         )
 
 
@@ -58,9 +60,9 @@ def _vector(vector: Floats) -> str:
     return ", ".join(f"{part:.1f}" for part in vector)
 
 
-def _guess(moved_m: float, told_m: float) -> str:
+def _guess(moved_m: float, by_velocity_m: float) -> str:
     """Return what to look at."""
     for factor, unit in UNITS.items():
-        if abs(told_m - factor * moved_m) < NEAR_UNIT * factor * moved_m:
+        if abs(by_velocity_m - factor * moved_m) < NEAR_UNIT * factor * moved_m:
             return f"is the velocity in {unit}?"
     return "are the units and axes of velocity, attitude and position right?"

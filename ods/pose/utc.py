@@ -33,15 +33,15 @@ class VehicleUtc:
         """Begin with this computer's clock, which is this far ahead of CLOCK_MONOTONIC."""
         self.source = source
         self.started_ns = started_ns
-        self.ahead_ns = self._told_ns = ahead_ns
+        self.ahead_ns = self._reported_ns = ahead_ns
         self._step_ns = 0
-        """Of what was heard since the last `follow`, from pose to pose: so a replay finds the same step to the ns."""
+        """Of what came since the last `follow`, from pose to pose: so a replay finds the same step to the ns."""
 
-    def hear(self, pose: Pose) -> None:
+    def receive(self, pose: Pose) -> None:
         """Take what the newest pose says of UTC."""
-        before_ns, self._told_ns, self.source = self._told_ns, pose.utc_ns - pose.t_ns, pose.utc_source
-        if abs(self._told_ns - before_ns) >= STEP_NS:
-            self._step_ns += self._told_ns - before_ns
+        before_ns, self._reported_ns, self.source = self._reported_ns, pose.utc_ns - pose.t_ns, pose.utc_source
+        if abs(self._reported_ns - before_ns) >= STEP_NS:
+            self._step_ns += self._reported_ns - before_ns
 
     def at(self, t_ns: int) -> int:
         """Return UTC of an instant, ns, as of the last `follow`."""
@@ -49,7 +49,7 @@ class VehicleUtc:
 
     def follow(self, now_ns: int) -> Restamp | None:
         """Take over what the poses say; return what that moves, None when it is no step."""
-        before_ns, self.ahead_ns = self.ahead_ns, self._told_ns
+        before_ns, self.ahead_ns = self.ahead_ns, self._reported_ns
         step_ns, self._step_ns = self._step_ns, 0
         if not step_ns:
             return None

@@ -60,7 +60,7 @@ def record_s7k(path: Path, run_dir: Path, origin_deg: tuple[float, float], secon
 
 def _follow(recorder: Recorder, writer: S7kWriter, path: Path, run_dir: Path, seconds: float | None) -> None:
     begun = clock.monotonic_ns()
-    heard = {"ping": begun, "obstacles": begun}
+    newest_s = {"ping": begun, "obstacles": begun}
     status_due, sync_due = _Every(STATUS_PERIOD_S, begun), _Every(SYNC_PERIOD_S, begun)
     with ExitStack() as stack:
         stopped = stack.enter_context(_stop_signals())
@@ -73,14 +73,14 @@ def _follow(recorder: Recorder, writer: S7kWriter, path: Path, run_dir: Path, se
             received, _ = subscriber.receive(STATUS_PERIOD_S)
             now = clock.monotonic_ns()
             for topic, message in sorted(received, key=lambda item: item[1].t_ns):
-                heard[topic] = now
+                newest_s[topic] = now
                 recorder.take(message)
             for subscription in subscriber.subscriptions:
                 recorder.counters.update(_unreadable(subscription.counters))
             if sync_due.at(now):
                 writer.sync()
             if status_due.at(now):
-                status.show(f"{path.name}: {_summary(writer, recorder.counters)}{_silence(heard, now)}")
+                status.show(f"{path.name}: {_summary(writer, recorder.counters)}{_silence(newest_s, now)}")
 
 
 class _Every:
@@ -104,8 +104,8 @@ def _unreadable(counters: "Counter[str]") -> dict[str, int]:
     return bad
 
 
-def _silence(heard: dict[str, int], now: int) -> str:
-    silent = {topic: (now - heard[topic]) / clock.NS for topic in ("ping", "obstacles")}
+def _silence(newest_s: dict[str, int], now: int) -> str:
+    silent = {topic: (now - newest_s[topic]) / clock.NS for topic in ("ping", "obstacles")}
     return "".join(f", no {topic} for {s:.0f} s" for topic, s in silent.items() if s > bus.TOPICS[topic].stale_s)
 
 

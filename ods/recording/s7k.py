@@ -42,7 +42,7 @@ class Recorder:
         self._last_seq: dict[str, int] = {}
         self._known: dict[int, tuple[str, int]] = {}
         self._ahead_ns: int | None = None
-        self._told_ns: int | None = None
+        self._written_ns: int | None = None
 
     def take(self, message: Ping | ObstacleList | Pose) -> None:
         """Write a message of any topic."""
@@ -62,9 +62,9 @@ class Recorder:
                 return message.utc_ns
             self._ahead_ns = ahead_ns
         if isinstance(message, Pose):  # pings bear another clock's UTC
-            if self._told_ns is not None and abs(ahead_ns - self._told_ns) > STEP_NS:
+            if self._written_ns is not None and abs(ahead_ns - self._written_ns) > STEP_NS:
                 self.counters["utc_steps"] += 1
-            self._told_ns = ahead_ns
+            self._written_ns = ahead_ns
         return message.t_ns + self._ahead_ns
 
     def _follow(self, what: str, seq: int) -> bool:

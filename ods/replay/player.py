@@ -48,7 +48,7 @@ class Player:
         self._anew = True
         """The next message is due at once, whatever was before it."""
         self._at_ns = 0
-        self._told_ns = 0
+        self._reported_ns = 0
 
     def play(self, messages: Iterable[Recorded], span_s: tuple[float, float], processes: frozenset[str]) -> None:
         """Publish what `processes` published, from one second of the recording to another."""
@@ -123,7 +123,7 @@ class Player:
         )  # fmt: skip
 
     def _status(self, now_ns: int) -> None:
-        if now_ns - self._told_ns > STATUS_PERIOD_NS:
-            self._told_ns = now_ns
+        if now_ns - self._reported_ns > STATUS_PERIOD_NS:
+            self._reported_ns = now_ns
             how = "paused" if self.paused else f"{self._line.speed:g} x"
             self._report(f"at {self._at_ns / NS:.1f} s, {how}, {self.published} messages")

@@ -58,17 +58,17 @@ class PoseStream:
     def __init__(self, recording: Recording) -> None:
         self._poses = Stream(messages_of(recording, "pose", Pose))
         self._last: int | None = None
-        self._heard = 0
+        self._received = 0
         self.missing = 0
 
     def begin(self) -> None:
-        """From now on another process hears them."""
-        self._heard = 0
+        """From now on another process receives them."""
+        self._received = 0
 
     def until(self, message: Detections | ObstacleList, now_ns: int) -> list[Pose]:
-        """Return the poses that the process heard since the last call and before it made a message, at `now_ns`.
+        """Return the poses that the process received since the last call and before it made a message, at `now_ns`.
 
-        Of those in between it heard the newest: the others were sent before it was connected, or it was busy.
+        Of those in between it received the newest: the others were sent before it was connected, or it was busy.
         """
         seq, found = message.poses_until, list[Pose]()
         while seq >= 0 and self._last != seq:
@@ -80,13 +80,13 @@ class PoseStream:
                 break
             self._last = upcoming[1].seq
             found.append(self._poses.take())
-        new = message.poses_heard - self._heard
-        self._heard = message.poses_heard
+        new = message.poses_heard - self._received
+        self._received = message.poses_heard
         return found[max(0, len(found) - new) :] if message.poses_heard else found
 
 
 class HealthStream:
-    """Health reports up to an instant. When a process heard of one is not recorded, only when the recorder did."""
+    """Health reports up to an instant. When a process received of one is not recorded, only when the recorder did."""
 
     def __init__(self, recording: Recording) -> None:
         self._reports = Stream(messages_of(recording, "health", Health))

@@ -131,7 +131,7 @@ class BusSettings(Settings, frozen=True):
     """Folder of the keys by which other computers are known: `ods keys`. Its files are those of the user who runs the
     processes."""
     listen: tuple[ListenSettings, ...] = ()
-    """What other computers may hear, encrypted; left out: nothing, and no port is open."""
+    """What other computers may receive, encrypted; left out: nothing, and no port is open."""
 
     def __post_init__(self) -> None:
         if len(str(self.run_dir)) > 80:

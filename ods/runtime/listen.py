@@ -1,4 +1,4 @@
-"""Settings of what other computers may hear: an address and its topics."""
+"""Settings of what other computers may receive: an address and its topics."""
 
 import ipaddress
 from urllib.parse import urlsplit
@@ -9,7 +9,7 @@ EXAMPLE = 'such as "tcp://192.168.2.10:5600"'
 
 
 class ListenSettings(Settings, frozen=True):
-    """One address on which other computers may hear topics, each with a key of its own: `ods keys`."""
+    """One address on which other computers may receive topics, each with a key of its own: `ods keys`."""
 
     at: str
     """Where it listens, such as "tcp://192.168.2.10:5600": the IP address of one of this computer's interfaces, and a

@@ -1,7 +1,7 @@
 """The folder where the processes meet: who may be in it, and the locks that keep a second process out.
 
 Its owner runs the processes; its group may read and connect; others may do nothing. A folder that somebody else made,
-or could change, is refused: there he would hear and answer in place of a process.
+or could change, is refused: there he would receive and answer in place of a process.
 """
 
 import contextlib

@@ -278,7 +278,7 @@ def _loop(service: Service, worker: Worker[Any], stop: Stop) -> None:
     gc.freeze()  # what start-up made stays: no later collection has to look through it
     health_due = 0.0
     was_ready = False
-    to_tell = ""  # what a supervisor did not hear when it was due
+    to_tell = ""  # what a supervisor did not receive when it was due
     while not stop.asked:
         received, fds = service.receive(worker.wait_s())
         for topic, message in received:

@@ -10,7 +10,7 @@ import numpy as np
 from ods.base.arrays import Floats, Image
 from ods.messages import Ping, TruthObject
 from ods.sim_sonar.echo.bodies import Bodies
-from ods.sim_sonar.echo.motion_during_reception import as_heard, turn_per_metre
+from ods.sim_sonar.echo.motion_during_reception import as_received, turn_per_metre
 from ods.sim_sonar.mean_area import Surroundings, mean_area
 from ods.sim_sonar.pose import Transmission, VehiclePose
 from ods.sim_sonar.receiver.quantize import PingMaker
@@ -47,8 +47,8 @@ class _Moment(NamedTuple):
     t_s: float
     pose: VehiclePose
     """The sonar head's, at transmission."""
-    heard: Bodies
-    """The objects as they are heard, see `as_heard`."""
+    received: Bodies
+    """The objects as they are received, see `as_received`."""
     area: Floats
     """(beams, samples) m2."""
 
@@ -98,7 +98,7 @@ class ImageSimulator:
         return other
 
     def mean_area(self, t_s: float) -> Floats:
-        """Return the area, m2, (beams, samples) float64, that each sample hears of a ping sent at scene time `t_s`.
+        """Return the area, m2, (beams, samples) float64, that each sample receives of a ping sent at scene time `t_s`.
 
         Do not write to it.
         """
@@ -110,11 +110,11 @@ class ImageSimulator:
             file, scene = self.scene.file, self.scene
             pose = scene.head_at(t_s)
             sonar, head_at = self.sonar, scene.head_at
-            heard = as_heard(scene.bodies_at(t_s), t_s, pose, sonar.sound_speed, head_at)
+            received = as_received(scene.bodies_at(t_s), t_s, pose, sonar.sound_speed, head_at)
             turning = turn_per_metre(pose, t_s, sonar.range_max_m, sonar.sound_speed, head_at)
-            surroundings = Surroundings(heard, scene.sea_bed, file.shadows, turning)
+            surroundings = Surroundings(received, scene.sea_bed, file.shadows, turning)
             area = mean_area(self._grid, surroundings, pose, file.image.max_error)
-            self._newest = _Moment(t_s, pose, heard, area)
+            self._newest = _Moment(t_s, pose, received, area)
         return self._newest
 
     def mean_image(self, t_s: float, ping_number: int = 0) -> Image:
@@ -142,8 +142,8 @@ class ImageSimulator:
         """Return the bounded objects at scene time `t_s`, with the levels of their echoes in that ping."""
         moment = self._moment(t_s)
         levels = self.receiver.levels_of(moment.sent(ping_number))
-        heard_ned = moment.heard["centre"][self.scene.shown]
-        return truth_of(self.sonar, moment.area, levels, moment.pose, self.scene.objects_at(t_s), heard_ned)
+        received_ned = moment.received["centre"][self.scene.shown]
+        return truth_of(self.sonar, moment.area, levels, moment.pose, self.scene.objects_at(t_s), received_ned)
 
 
 @contextmanager

@@ -21,7 +21,7 @@ class Surroundings(NamedTuple):
     """What reflects."""
 
     objects: Bodies
-    """In NED, where they are heard (see `motion_during_reception`)."""
+    """In NED, where they are received (see `motion_during_reception`)."""
     sea_bed: SeaBedModel | None = None
     """None: open water."""
     shadows: bool = True
@@ -31,9 +31,9 @@ class Surroundings(NamedTuple):
 
 
 def mean_area(grid: Grid, surroundings: Surroundings, pose: VehiclePose, max_error: float = 0.03) -> Floats:
-    """Return the mean image, (beams, samples) float64: the area, m2, that each sample hears, weighted by eq. 5.
+    """Return the mean image, (beams, samples) float64: the area, m2, that each sample receives, weighted by eq. 5.
 
-    A sample hears the sum of gamma(alpha) S^2(beta) B(bearing) cos(alpha) dA over the lit surfaces in its range bin, B
+    It is the sum of gamma(alpha) S^2(beta) B(bearing) cos(alpha) dA over the lit surfaces in its range bin, B
     being the beam's horizontal pattern. Spreading and absorption are taken as undone by the sonar's gain. `max_error`
     is the relative rms error that the image may have after a mean over 3 beams x 9 samples; detail.LEVEL_ERRORS has a
     ladder of values.

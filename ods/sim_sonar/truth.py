@@ -36,14 +36,14 @@ def truth_of(
     levels: Levels,
     pose: VehiclePose,
     objects: ObjectStates,
-    heard_ned: Floats,
+    received_ned: Floats,
 ) -> list[TruthObject]:
     """Return the bounded objects behind the image of a mean area (beams, samples).
 
-    `pose`: at transmission; `heard_ned`: (n, 3) where the objects are heard, see motion_during_reception.as_heard.
+    `pose`: at transmission; `received_ned`: (n, 3) the objects then, see motion_during_reception.as_received.
     """
-    inside = within_fan(sonar, heard_ned, objects.radius_m, pose)
-    seen = geometry.global_to_body(heard_ned, *pose)
+    inside = within_fan(sonar, received_ned, objects.radius_m, pose)
+    seen = geometry.global_to_body(received_ned, *pose)
     distance, bearing, _ = geometry.body_to_polar(seen)
     found = []
     for k, name in enumerate(objects.names):
@@ -75,7 +75,7 @@ def within_fan(sonar: SonarModel, position_ned: Floats, radius_m: Floats, pose: 
 def echo_of(
     sonar: SonarModel, area: Floats, levels: Levels, range_m: float, bearing_rad: float, radius_m: float
 ) -> Echo:
-    """Return the highest level within an object's circle, in the plane that hears it best, and the median around it.
+    """Return the highest level within an object's circle, in the plane that receives it best, and the median around it.
 
     `area` is the mean area (beams, samples), m2. Levels are expected intensities: echo, noise and gain errors, without
     speckle and other sonars.

@@ -48,7 +48,7 @@ class SonarLink:
 
     @property
     def faults(self) -> list[str]:
-        """Why the line is away, or the sonar's announcements cannot be heard, in plain words."""
+        """Why the line is away, or the sonar's announcements cannot be received, in plain words."""
         faults = self._port.fault, self._side.fault if self._side else ""
         return [fault for fault in faults if fault]
 
@@ -71,8 +71,8 @@ class SonarLink:
 
         Returns the pings found in what is left of a lost stream, and behind telegrams that do not end.
         """
-        for datagram in self._side.hear(now_ns) if self._side else []:
-            self._protocol.heard(datagram.data, datagram.sender, now_ns)
+        for datagram in self._side.receive(now_ns) if self._side else []:
+            self._protocol.received(datagram.data, datagram.sender, now_ns)
         self._port.check(now_ns)
         pings = self._end_lost_stream(now_ns) + self._protocol.check(now_ns)
         if self._port.open_if_due(now_ns):

@@ -4,7 +4,7 @@ reports.
 A setting is ordered by the configuration or by a planner. It is asked for after each connection and after each order.
 What the sonar says of itself says whether it took effect; if not, it is asked for again, a limited number of times. A
 setting that is lost later, as by a restart of the sonar, is asked for again. A planner's wish that the sonar does not
-fulfil is the planner's matter: it hears why, and what was ordered before holds again.
+fulfil is the planner's matter: it receives why, and what was ordered before holds again.
 """
 
 import math
@@ -138,7 +138,7 @@ class Orders:
         self._orders[name] = Order(name, value, is_wish=True, before=before)
 
     def drop_failed_wishes(self) -> None:
-        """Want again what was ordered before the wishes that failed. Who made them has heard it by now."""
+        """Want again what was ordered before the wishes that failed. Who made them has received it by now."""
         for name, order in list(self._orders.items()):
             if order.is_wish and order.state is OrderState.FAILED:
                 del self._orders[name]
@@ -156,7 +156,7 @@ class Orders:
                 due.append(order)
         return due
 
-    def hear(self, reported: Controls, now_ns: int) -> None:
+    def receive(self, reported: Controls, now_ns: int) -> None:
         """Take the settings that the sonar reports."""
         self.reported = reported
         for name, order in self._orders.items():

@@ -10,7 +10,7 @@ What the line calls, and when:
     feed           bytes have come
     check          every 50 ms or more often, connected or not
     requests       as often, while connected: what it returns is sent at once
-    heard          a datagram came to `side_port`, connected or not
+    received          a datagram came to `side_port`, connected or not
     end_stream     the connection was lost; another one may follow
 
 Of a sonar with a `command_port`, connected or not with the stream:
@@ -104,7 +104,7 @@ class SonarProtocol(ABC):
         """
         return []
 
-    def heard(self, datagram: bytes, sender: str, now_ns: int) -> None:  # noqa: B027
+    def received(self, datagram: bytes, sender: str, now_ns: int) -> None:  # noqa: B027
         """Take what came to `side_port`, at most 64 kB, from the IP address `sender`: anybody may have sent it."""
 
     def commands_open(self, now_ns: int) -> None:  # noqa: B027

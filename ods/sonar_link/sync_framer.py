@@ -147,8 +147,8 @@ class SyncFramer(ABC, Generic[HeaderT]):
     def _find_sync(self) -> bool:
         """Drop what cannot begin a packet; return whether a sync word comes first."""
         head = self.known_head.search(self._bytes)
-        untold = max(0, len(self._bytes) - self.head_bytes + 1)  # behind it a head's kind is not there yet
-        at = head.start() if head else self._bytes.find(self.sync, untold)
+        undecided = max(0, len(self._bytes) - self.head_bytes + 1)  # behind it a head's kind is not there yet
+        at = head.start() if head else self._bytes.find(self.sync, undecided)
         tail = next((n for n in range(len(self.sync) - 1, 0, -1) if self._bytes.endswith(self.sync[:n])), 0)
         begin = at if at >= 0 else len(self._bytes) - tail
         if unknown := self._bytes.count(self.sync, 0, begin):

@@ -141,14 +141,14 @@ class MissionTracker:
             self._complain("poses_from_future", f"pose {pose.seq} is stamped in the future")
             return
         self._poses.insert(pose)
-        jump = self._pose_sense.hear(pose)
+        jump = self._pose_sense.receive(pose)
         if jump:
             self._complain("pose_jumps", jump)
             self._jumps_ns.append(pose.t_ns)
         self._poses_until = pose.seq
         self._poses_heard += 1
         self._inputs.pose(pose.t_ns)
-        self._utc.hear(pose)
+        self._utc.receive(pose)
 
     def problems(self) -> list[str]:
         """Return the problems besides the reasons why a list is not valid, a text each."""
@@ -215,8 +215,8 @@ class MissionTracker:
             self._inputs.begin_again(message.t_ns, "the pose jumped")
         self._jumps_ns = self._jumps_ns[len(passed) :]
         speed = message.sound_speed or SLOWEST
-        heard_ns = message.t_ns + round(2.0 * message.sector.range_max_m / speed * clock.NS)
-        return any(t_ns <= heard_ns for t_ns in self._jumps_ns)
+        received_ns = message.t_ns + round(2.0 * message.sector.range_max_m / speed * clock.NS)
+        return any(t_ns <= received_ns for t_ns in self._jumps_ns)
 
     def follow(self, request: VetoRequest, author: str, now_ns: int) -> list[int]:
         """Carry out an operator's request; return the ids of objects that do not belong in the map any more.

@@ -47,7 +47,7 @@ def test_speckle_of_one_look_has_no_texture_but_its_law() -> None:
     assert np.mean(figures["variation within a block"]) == pytest.approx(np.sqrt(4.0 / np.pi - 1.0), abs=0.01)
 
 
-def test_texture_along_beams_and_samples_is_told_apart() -> None:
+def test_texture_along_beams_and_samples_is_distinguished() -> None:
     along, across = figures_of([speckle(along=1.5)]), figures_of([speckle(across=1.5)])
     assert np.median(along["correlation, next sample"]) > 0.55 > 0.1 > np.median(along["correlation, next beam"])
     assert np.median(across["correlation, next beam"]) > 0.55 > 0.1 > np.median(across["correlation, next sample"])

@@ -7,7 +7,7 @@ import pytest
 
 from ods.assess.sea.bodies import SceneBodies
 from ods.assess.sea.kind_judge import TrackedList, judged
-from ods.assess.sea.kind_run import told_poses
+from ods.assess.sea.kind_run import reported_poses
 from ods.assess.sea.kind_table import kind_table
 from ods.assess.sea.kinds import KINDS, Kind, PoseNoise, kinds_named
 from ods.assess.sea.run import scene_with_seed
@@ -27,7 +27,7 @@ def scene_of(kind: Kind) -> Scene:
     return Scene(kind.change(scene_with_seed(shipped_file(f"scenes/sea/{kind.scene}.toml"), 0).file))
 
 
-def told(number: int, *obstacles: Obstacle, reasons: tuple[str, ...] = (), unseen_why: str = "") -> TrackedList:
+def reported(number: int, *obstacles: Obstacle, reasons: tuple[str, ...] = (), unseen_why: str = "") -> TrackedList:
     """Return the list of a ping, a second after the one before."""
     t_ns = number * 10**9
     truth = Truth(number, t_ns, t_ns, (0.0, 0.0, 20.0), (1.0, 0.0, 0.0, 0.0), [BALL])
@@ -74,10 +74,10 @@ def test_forty_spheres_are_five_metres_apart() -> None:
     assert scene_of(rocks).sea_bed is not None
 
 
-def test_noise_of_the_poses_is_as_large_as_told() -> None:
+def test_noise_of_the_poses_is_as_large_as_reported() -> None:
     scene, times = scene_of(ONE), [k * 10**7 for k in range(3000)]
     noise = PoseNoise(0.1, 0.5, 0.2)
-    true, noisy = told_poses(scene, times, None, 0), told_poses(scene, times, noise, 0)
+    true, noisy = reported_poses(scene, times, None, 0), reported_poses(scene, times, noise, 0)
     place = np.array([pose.position_ned for pose in noisy]) - [pose.position_ned for pose in true]
     np.testing.assert_allclose(place.std(axis=0), 0.1, rtol=0.05)
     turned = np.degrees([np.subtract(euler_from_quat(a.attitude), euler_from_quat(b.attitude))
@@ -89,14 +89,14 @@ def test_noise_of_the_poses_is_as_large_as_told() -> None:
 
 
 def test_what_is_marked_as_multipath_is_not_false_and_is_counted() -> None:
-    lists = [told(k, obstacle(1, 50.0), obstacle(2, 60.0, multipath_of=1), obstacle(3, 80.0)) for k in range(6)]
+    lists = [reported(k, obstacle(1, 50.0), obstacle(2, 60.0, multipath_of=1), obstacle(3, 80.0)) for k in range(6)]
     score = judged(ONE, lists, bodies(), 0)
     assert (score.scene.false_ids, score.marked) == (1, 1)
     assert score.scene.targets[0].share == 1.0
 
 
 def test_errors_are_of_the_nearest_active_obstacle() -> None:
-    lists = [told(k, obstacle(1, 50.4, -1.0), obstacle(2, 80.0)) for k in range(6)]
+    lists = [reported(k, obstacle(1, 50.4, -1.0), obstacle(2, 80.0)) for k in range(6)]
     score = judged(ONE, lists, bodies(), 0)
     assert score.error_m == pytest.approx(math.hypot(0.4, 1.0))
     assert score.nees == pytest.approx((0.4 / 0.5) ** 2 + 1.0)
@@ -104,10 +104,10 @@ def test_errors_are_of_the_nearest_active_obstacle() -> None:
 
 def test_what_lists_say_counts_once_whatever_its_figures_and_from_a_second_on() -> None:
     lists = [
-        told(0, reasons=("the tracker has just started",)),
-        told(1),
-        told(2, unseen_why="a source in 12 % of the image"),
-        told(3, unseen_why="a source in 14 % of the image", reasons=("blind",)),
+        reported(0, reasons=("the tracker has just started",)),
+        reported(1),
+        reported(2, unseen_why="a source in 12 % of the image"),
+        reported(3, unseen_why="a source in 14 % of the image", reasons=("blind",)),
     ]
     score = judged(ONE, lists, bodies(), 0)
     assert score.said == [("a source in 12 % of the image", 2.0), ("blind", 3.0)]

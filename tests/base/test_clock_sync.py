@@ -232,7 +232,7 @@ def test_a_line_with_much_jitter_makes_no_steps() -> None:
     assert estimator.jumps == 0
 
 
-def test_a_clock_set_back_in_silence_and_told_by_a_wild_line_is_not_wrong_for_ever() -> None:
+def test_a_clock_set_back_in_silence_and_reported_by_a_wild_line_is_not_wrong_for_ever() -> None:
     """Neither the device's time went back at any message nor do any agree."""
     estimator = OffsetEstimator(jump_ns=100 * MS)
     delays = np.random.default_rng(8).uniform(0, 80 * MS, 1000)

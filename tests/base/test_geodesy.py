@@ -136,7 +136,7 @@ def test_the_turn_of_a_place_by_steps_along_its_meridian_and_its_plumb_line(
     latitude: float, longitude: float, ned: tuple[float, float, float]
 ) -> None:
     frame = LocalFrame(latitude, longitude)
-    here = [float(told) for told in frame.geodetic(ned)]
+    here = [float(reported) for reported in frame.geodetic(ned)]
     if abs(here[0]) > 89.5:
         return
 

@@ -29,7 +29,7 @@ def test_what_is_no_file_is_refused_at_once(short: Path, kind: str) -> None:
         content_of(path)
 
 
-def test_a_folder_and_what_is_not_there_are_told_as_always(tmp_path: Path) -> None:
+def test_a_folder_and_what_is_not_there_are_reported_as_always(tmp_path: Path) -> None:
     with pytest.raises(IsADirectoryError):
         opened(tmp_path)
     with pytest.raises(FileNotFoundError):

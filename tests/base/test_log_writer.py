@@ -38,7 +38,7 @@ def test_a_pipe_that_nobody_reads_holds_nobody_up() -> None:
 
 
 def test_all_lines_come_where_they_are_read() -> None:
-    told = subprocess.run(
+    reported = subprocess.run(
         [sys.executable, "-c", PROGRAM.format(lines=200)], stderr=subprocess.PIPE, text=True, check=True
     )
-    assert [line.partition("run: ")[2] for line in told.stderr.splitlines()] == [f"line {k}" for k in range(200)]
+    assert [line.partition("run: ")[2] for line in reported.stderr.splitlines()] == [f"line {k}" for k in range(200)]

@@ -13,7 +13,7 @@ def caused(error: Exception, cause: Exception) -> Exception:
 
 
 @pytest.mark.parametrize(
-    ("error", "told"),
+    ("error", "reported"),
     [
         (MemoryError(), True),
         (OSError(errno.ENOMEM, "Cannot allocate memory"), True),
@@ -26,5 +26,5 @@ def caused(error: Exception, cause: Exception) -> Exception:
         (None, False),
     ],
 )
-def test_who_says_so(error: Exception | None, told: bool) -> None:
-    assert is_too_little(error) is told
+def test_who_says_so(error: Exception | None, reported: bool) -> None:
+    assert is_too_little(error) is reported

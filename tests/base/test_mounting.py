@@ -80,8 +80,8 @@ def test_a_vehicle_without_mounting_is_its_own_head_to_the_bit() -> None:
     rng = np.random.default_rng(1)
     places, attitudes = rng.normal(size=(50, 3)), rng.normal(size=(50, 4))
     attitudes /= np.linalg.norm(attitudes, axis=1)[:, None]
-    for made, told in zip(AT_ORIGIN.heads(places, attitudes), (places, attitudes), strict=True):
-        np.testing.assert_array_equal(made, told)
+    for made, reported in zip(AT_ORIGIN.heads(places, attitudes), (places, attitudes), strict=True):
+        np.testing.assert_array_equal(made, reported)
 
 
 def test_spread_of_a_lever_s_end_by_drawn_errors() -> None:
@@ -100,8 +100,8 @@ def test_the_configuration_tells_it_and_readers_of_nothing_else_find_it(tmp_path
     )
     text = text.replace("[sonar]", "[sonar]\nmounting = { position_m = [3.0, 0.0, 0.5], pitch_deg = -15 }")
     file.write_text(text, encoding="utf-8")
-    told = MountingSettings(position_m=(3.0, 0.0, 0.5), pitch_deg=-15.0)
-    assert mounting_in(file) == told
+    reported = MountingSettings(position_m=(3.0, 0.0, 0.5), pitch_deg=-15.0)
+    assert mounting_in(file) == reported
     assert lever_arm_in(file) == (-1.5, 0.2, 0.0)
     assert (mounting_in(CONFIG), lever_arm_in(CONFIG)) == (MountingSettings(), (0.0, 0.0, 0.0))
     (tmp_path / "tracker.toml").write_text("[tracker]\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""A process that waits for a processor is told from one that sleeps, that works, and that waits for a disk."""
+"""A process that waits for a processor is reported from one that sleeps, that works, and that waits for a disk."""
 
 import os
 import subprocess

@@ -77,7 +77,7 @@ class Paths(Settings, frozen=True, kw_only=True):
         ("sonars/seabat6012.toml", FanGeometry, "is a simulated sonar, not the geometry of a fan"),
     ],
 )
-def test_a_file_of_another_kind_is_told_to_be_that(file: str, kind: type[Settings], complaint: str) -> None:
+def test_a_file_of_another_kind_is_reported_to_be_that(file: str, kind: type[Settings], complaint: str) -> None:
     with pytest.raises(ConfigError) as refused:
         load(CONFIG / file, kind)
     assert str(refused.value) == f"{CONFIG / file}: {complaint}"

@@ -91,9 +91,9 @@ def test_what_follows_the_arrival_does_not_count() -> None:
 
 
 def test_evasions_and_times_are_counted() -> None:
-    told = [said(0.0, valid=False), said(2.0), said(4.0, avoiding=True), said(5.0, avoiding=True)]
-    told += [said(6.0), said(7.0, avoiding=True), said(8.0, valid=False), said(8.5)]
-    found = judge(mission(PILE), straight(45.0), told, None)
+    reported = [said(0.0, valid=False), said(2.0), said(4.0, avoiding=True), said(5.0, avoiding=True)]
+    reported += [said(6.0), said(7.0, avoiding=True), said(8.0, valid=False), said(8.5)]
+    found = judge(mission(PILE), straight(45.0), reported, None)
     assert (found.evasions, found.arrived) == (2, False)
     assert (found.not_valid_s, found.stopped_s) == pytest.approx((2.5, 2.0))
 

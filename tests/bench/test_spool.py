@@ -18,12 +18,12 @@ def report(seq: int) -> Health:
 def test_items_come_back_in_their_order(tmp_path: Path) -> None:
     lists: Spool[tuple[int, ObstacleList]] = Spool(tuple[int, ObstacleList], tmp_path)
     assert not lists
-    told = [(k, ObstacleList(k, k, 0, 0, 0, k % 2 == 0, ["late"] * k, [])) for k in range(50)]
-    for each in told:
+    reported = [(k, ObstacleList(k, k, 0, 0, 0, k % 2 == 0, ["late"] * k, [])) for k in range(50)]
+    for each in reported:
         lists.append(each)
-    assert list(lists) == told
-    assert list(reversed(lists)) == told[::-1]
-    assert (lists[-1], lists[7], lists[3:5], len(lists)) == (told[-1], told[7], told[3:5], 50)
+    assert list(lists) == reported
+    assert list(reversed(lists)) == reported[::-1]
+    assert (lists[-1], lists[7], lists[3:5], len(lists)) == (reported[-1], reported[7], reported[3:5], 50)
     assert not [*tmp_path.iterdir()]  # its file has no name
 
 

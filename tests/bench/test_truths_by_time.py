@@ -17,7 +17,7 @@ def ping(number: int, t_ns: int) -> Ping:
     return msgspec.structs.replace(made, ping_number=number, t_ns=t_ns)
 
 
-def test_it_is_that_of_the_newest_beam_whichever_is_told_first() -> None:
+def test_it_is_that_of_the_newest_beam_whichever_is_reported_first() -> None:
     by_time, found = TruthsByTime(), []
     for k in range(1, 30):
         if k % 10 == 0:

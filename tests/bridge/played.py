@@ -53,13 +53,13 @@ class Bridge:
         now_ns = clock.monotonic_ns()
         if self.published:
             listed = obstacle_list(*self.obstacles, t_ns=now_ns - round(self.late_s * clock.NS))
-            told = msgspec.structs.replace(listed, seq=self._seq, utc_ns=clock.utc_ns(listed.t_ns))
+            reported = msgspec.structs.replace(listed, seq=self._seq, utc_ns=clock.utc_ns(listed.t_ns))
             if not self.valid:
-                told = msgspec.structs.replace(told, valid=False, reasons=["the INS is silent"])
+                reported = msgspec.structs.replace(reported, valid=False, reasons=["the INS is silent"])
             if not self.posed:
-                told = msgspec.structs.replace(told, pose=None)
-            self._tracker.publish("obstacles", told)
-            self._tracker.publish("clearance", msgspec.structs.replace(clearance(told), seq=self._seq))
+                reported = msgspec.structs.replace(reported, pose=None)
+            self._tracker.publish("obstacles", reported)
+            self._tracker.publish("clearance", msgspec.structs.replace(clearance(reported), seq=self._seq))
         if self.pinged:
             self._sonar.publish("ping", image(now_ns))
         self._seq += 1

@@ -160,11 +160,11 @@ def main(domain: int) -> None:
     while True:
         for reader in readers:
             for sample in reader.take(50):
-                print(json.dumps(told(sample)), flush=True)
+                print(json.dumps(reported(sample)), flush=True)
         time.sleep(0.005)
 
 
-def told(sample: object) -> dict[str, object]:
+def reported(sample: object) -> dict[str, object]:
     """Return what a test wants to know of a message."""
     if isinstance(sample, ObstacleArray):
         stamp_ns = sample.header.stamp.sec * 1_000_000_000 + sample.header.stamp.nanosec

@@ -57,11 +57,11 @@ def image(now_ns: int) -> Ping:
     )  # fmt: skip
 
 
-def clearance(told: ObstacleList, **more: Any) -> Clearance:
+def clearance(reported: ObstacleList, **more: Any) -> Clearance:
     """Return one of 72 sectors of which all are clear up to 500 m."""
     values: dict[str, Any] = {
-        "seq": told.seq, "ping_number": told.ping_number, "t_ns": told.t_ns, "utc_ns": told.utc_ns,
-        "valid": told.valid, "clear_from_m": [0.0] * 72, "clear_to_m": [500.0] * 72, "nearest_m": [None] * 72,
-        "pose": told.pose,
+        "seq": reported.seq, "ping_number": reported.ping_number, "t_ns": reported.t_ns, "utc_ns": reported.utc_ns,
+        "valid": reported.valid, "clear_from_m": [0.0] * 72, "clear_to_m": [500.0] * 72, "nearest_m": [None] * 72,
+        "pose": reported.pose,
     }  # fmt: skip
     return Clearance(**(values | more))

@@ -17,22 +17,22 @@ def test_places_are_those_of_the_instant_of_sending() -> None:
     part = UnseenPart(-0.5, 0.25, 10.0, 20.0, "saturated")
     encoded = JsonEncoder(SETTINGS).encode(moment(SWIMMER, ENDED, ROCK, left_out=4, unseen=[part], unseen_share=0.1))
     (datagram,) = encoded.datagrams
-    told = json.loads(datagram)
-    assert told["utc_ms"] == UTC_NS // 1_000_000 + 1000
-    assert (told["age_s"], told["seq"], told["frame"]) == (1.0, 3, "ned")
-    assert told["site"] == {"latitude_deg": 57.0, "longitude_deg": 10.0}
-    assert told["vehicle"]["position_ned"] == [100.0, 21.0, 5.0]
-    assert told["vehicle"]["velocity_ned"] == [0.0, 2.0, 0.0]
-    assert told["vehicle"]["heading_deg"] == 90.0
-    rock, swimmer = told["obstacles"]
+    reported = json.loads(datagram)
+    assert reported["utc_ms"] == UTC_NS // 1_000_000 + 1000
+    assert (reported["age_s"], reported["seq"], reported["frame"]) == (1.0, 3, "ned")
+    assert reported["site"] == {"latitude_deg": 57.0, "longitude_deg": 10.0}
+    assert reported["vehicle"]["position_ned"] == [100.0, 21.0, 5.0]
+    assert reported["vehicle"]["velocity_ned"] == [0.0, 2.0, 0.0]
+    assert reported["vehicle"]["heading_deg"] == 90.0
+    rock, swimmer = reported["obstacles"]
     assert (rock["id"], rock["position_ned"]) == (7, [100.0, 50.0, 5.0])
     assert rock["distance_m"] == 29.0 - 2.0  # 50 m - 21 m east, less the radius
     assert rock["cpa"] == {"time_s": 60.0, "distance_m": 18.52, "sigma_m": 0.5}
     assert (swimmer["id"], swimmer["position_ned"]) == (300, [110.0, 88.0, 5.0])
     assert swimmer["distance_m"] == round(math.hypot(10.0, 67.0) - 2.0, 3)
     assert swimmer["cpa"] is None
-    assert told["unseen"] == [{"bearing_deg": [-28.648, 14.324], "range_m": [10.0, 20.0], "why": "saturated"}]
-    assert told["left_out"] == encoded.left_out == 4
+    assert reported["unseen"] == [{"bearing_deg": [-28.648, 14.324], "range_m": [10.0, 20.0], "why": "saturated"}]
+    assert reported["left_out"] == encoded.left_out == 4
 
 
 @pytest.mark.parametrize("most_bytes", [1000, 1472, 65_000])
@@ -41,11 +41,11 @@ def test_a_datagram_is_bounded_by_leaving_out_the_farthest(most_bytes: int) -> N
     many = [obstacle(number, 100.0 + 1e-7 * number, 1000.0 - 3.1234567 * number) for number in range(200)]
     words = {"unseen_why": "w" * 9999, "caution": "c" * 9999} if most_bytes > 1472 else {}
     encoded = JsonEncoder(settings).encode(moment(*many, **words))
-    told = json.loads(encoded.datagrams[0])
-    sent = [each["id"] for each in told["obstacles"]]
+    reported = json.loads(encoded.datagrams[0])
+    sent = [each["id"] for each in reported["obstacles"]]
     assert len(encoded.datagrams[0]) <= most_bytes
     assert sent == list(range(199, 199 - len(sent), -1))
-    assert told["left_out"] == encoded.left_out == 200 - len(sent)
+    assert reported["left_out"] == encoded.left_out == 200 - len(sent)
     assert len(sent) == 100 if most_bytes == 65_000 else 1 <= len(sent) < 4
 
 

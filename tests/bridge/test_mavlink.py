@@ -27,7 +27,7 @@ def settings(**more: Any) -> MavlinkSettings:
     return MavlinkSettings(to="udp://127.0.0.1:14551", **more)
 
 
-def told(encoded: Encoded) -> list[Any]:
+def reported(encoded: Encoded) -> list[Any]:
     """Return the messages as who is not ODS reads them."""
     peer = dialect.MAVLink(None)
     messages = [message for data in encoded.datagrams for message in peer.parse_buffer(data)]
@@ -57,7 +57,7 @@ def by_hand() -> Clearance:
 
 
 def test_sectors_are_clockwise_from_the_bow_in_centimetres_of_the_instant_of_sending() -> None:
-    (message,) = told(encoded(moment(ROCK), by_hand()))
+    (message,) = reported(encoded(moment(ROCK), by_hand()))
     assert message.get_type() == "OBSTACLE_DISTANCE"
     assert (message.increment, message.increment_f, message.angle_offset) == (5, 5.0, 0.0)
     assert (message.min_distance, message.max_distance, message.frame) == (10, 3000, dialect.MAV_FRAME_BODY_FRD)
@@ -72,7 +72,7 @@ def test_sectors_are_clockwise_from_the_bow_in_centimetres_of_the_instant_of_sen
 
 
 def test_unknown_water_is_unknown_only_where_that_is_wanted() -> None:
-    (message,) = told(encoded(moment(), by_hand(), unknown="unknown"))
+    (message,) = reported(encoded(moment(), by_hand(), unknown="unknown"))
     distances = message.distances
     assert (distances[0], distances[18], distances[36], distances[54]) == (1600, 65535, 65535, 65535)
     assert distances[27] == FREE
@@ -80,7 +80,7 @@ def test_unknown_water_is_unknown_only_where_that_is_wanted() -> None:
 
 def test_what_may_have_come_in_since_is_counted() -> None:
     known = msgspec.structs.replace(by_hand(), fastest_m_s=1.5)
-    (message,) = told(encoded(moment(), known))
+    (message,) = reported(encoded(moment(), known))
     assert message.distances[0] == 1450
     assert message.distances[45] == 100
 
@@ -96,7 +96,7 @@ def test_nothing_is_sent_as_free_that_is_not_known_to_be(sectors: int) -> None:
         pose = msgspec.structs.replace(at.pose, attitude=from_euler(0.0, 0.0, yaw), velocity_ned=(0.0, 0.0, 0.0))
         at = Moment(at.obstacle_list, pose, at.obstacle_list.t_ns)
         known = clearance(at.obstacle_list, clear_from_m=[0.0] * sectors, clear_to_m=to_m, nearest_m=near, pose=pose)
-        (message,) = told(encoded(at, known))
+        (message,) = reported(encoded(at, known))
         for step in range(3600):
             bearing = math.radians(step / 10.0 + 0.05)
             there = int(((bearing + yaw) % (2.0 * math.pi)) / (2.0 * math.pi) * sectors)
@@ -109,7 +109,7 @@ def test_nothing_is_sent_as_free_that_is_not_known_to_be(sectors: int) -> None:
 def points(*obstacles: Obstacle, **more: Any) -> tuple[list[Any], Encoded]:
     at = moment(*obstacles)
     sent = encoded(at, clearance(at.obstacle_list), form="3d", **more)
-    return told(sent), sent
+    return reported(sent), sent
 
 
 def test_points_are_forward_starboard_down() -> None:
@@ -132,13 +132,13 @@ def test_points_are_in_the_frame_of_a_vehicle_that_pitches() -> None:
     at = moment(ROCK)
     pose = msgspec.structs.replace(at.pose, attitude=from_euler(0.0, math.radians(30.0), math.radians(90.0)))
     at = Moment(at.obstacle_list, pose, at.now_ns)
-    (ahead,) = told(encoded(at, clearance(at.obstacle_list), form="3d"))
+    (ahead,) = reported(encoded(at, clearance(at.obstacle_list), form="3d"))
     # the bow points up: what is level lies under its axis
     assert (ahead.x, ahead.y, ahead.z) == pytest.approx((26.0 * math.sqrt(0.75), 0.0, 13.0), abs=1e-4)
 
 
 def test_points_stand_for_what_is_not_known_to_be_empty() -> None:
-    messages = told(encoded(moment(), by_hand(), form="3d"))
+    messages = reported(encoded(moment(), by_hand(), form="3d"))
     places = {(round(each.x, 2), round(each.y, 2), round(each.z, 2)) for each in messages}
     assert len(messages) == 10
     assert len(encoded(moment(), clearance(moment().obstacle_list, clear_to_m=[0.0] * 72), form="3d").datagrams) == 3
@@ -148,7 +148,7 @@ def test_points_stand_for_what_is_not_known_to_be_empty() -> None:
     assert all(each.obstacle_id == 65535 for each in messages)
 
 
-def test_a_vehicle_inside_an_obstacle_is_told_so() -> None:
+def test_a_vehicle_inside_an_obstacle_is_reported_so() -> None:
     (inside,), _ = points(obstacle(5, 100.0, 21.0))
     assert math.hypot(inside.x, inside.y, inside.z) == pytest.approx(0.101, abs=1e-3)
     assert math.hypot(inside.x, inside.y, inside.z) >= inside.min_distance

@@ -49,17 +49,17 @@ def test_polygons_hold_the_circle_and_its_uncertainty() -> None:
 def test_a_slanting_ellipse_counts_by_its_long_axis() -> None:
     # sigma 1 m north and east, covariance 0.6: along the diagonal sqrt(1 + 0.6)
     slanting = obstacle(1, 0.0, 0.0, sigma_position=(1.0, 1.0, 1.0), covariance_ne=0.6)
-    (told,) = map(read, MoosEncoder(SETTINGS).encode(moment(slanting)).datagrams)
+    (reported,) = map(read, MoosEncoder(SETTINGS).encode(moment(slanting)).datagrams)
     wanted = (2.0 + 2.0 * math.sqrt(1.6)) / math.cos(math.pi / 8.0)
-    assert points(told.text)[0] == pytest.approx((wanted, 0.0), abs=0.006)
+    assert points(reported.text)[0] == pytest.approx((wanted, 0.0), abs=0.006)
 
 
 def test_an_elongated_obstacle_is_its_strip_and_its_uncertainty() -> None:
     # 10 m and 1 m, both 0.8 m more, to the north-east; the strip's middle is 1 m north of the obstacle's place
     outline = Outline((101.0, 50.0), 10.0, 1.0, math.pi / 4.0, 0.3)
     wall = obstacle(1, 100.0, 50.0, sigma_position=(0.4, 0.1, 1.0), sigma_radius=0.0, outline=outline)
-    (told,) = map(read, MoosEncoder(SETTINGS).encode(moment(wall)).datagrams)
-    corners = points(told.text)
+    (reported,) = map(read, MoosEncoder(SETTINGS).encode(moment(wall)).datagrams)
+    corners = points(reported.text)
     root = math.sqrt(0.5)
     assert corners[0] == pytest.approx((50.0 + root * (10.8 + 1.8), 101.0 + root * (10.8 - 1.8)), abs=0.006)
     assert corners[2] == pytest.approx((50.0 - root * (10.8 + 1.8), 101.0 - root * (10.8 - 1.8)), abs=0.006)
@@ -73,6 +73,6 @@ def test_an_elongated_obstacle_is_its_strip_and_its_uncertainty() -> None:
 def test_only_the_nearest_are_sent() -> None:
     encoder = MoosEncoder(MoosSettings(to=SETTINGS.to, most_obstacles=1, duration_s=0.5, sigmas=0.0))
     encoded = encoder.encode(moment(SWIMMER, ROCK))
-    (told,) = map(read, encoded.datagrams)
-    assert told.text.endswith("label=ods_7,vsource=ods,duration=0.5")
+    (reported,) = map(read, encoded.datagrams)
+    assert reported.text.endswith("label=ods_7,vsource=ods,duration=0.5")
     assert encoded.left_out == 1

@@ -29,7 +29,7 @@ class Manager:
         self.alerts: dict[str, str] = {}
         self.resolved: set[str] = set()
 
-    def heard(self) -> None:
+    def received(self) -> None:
         """Say what helm and navigation say, and take what has come."""
         for key, value in SAID.items():
             say(self._peer, self._into, key, value)
@@ -45,7 +45,7 @@ class Manager:
         self.alerts.clear()
 
         def all_there() -> bool:
-            self.heard()
+            self.received()
             return self.alerts.keys() >= set(labels)
 
         running.until(all_there)
@@ -54,7 +54,7 @@ class Manager:
         """Wait until an obstacle is forgotten."""
 
         def gone() -> bool:
-            self.heard()
+            self.received()
             return label in self.resolved
 
         running.until(gone)

@@ -22,21 +22,21 @@ ERROR, OK, STALE = 2, 0, 3
 
 
 class Listener:
-    """What another process hears."""
+    """What another process receives."""
 
     def __init__(self, command: list[str], env: dict[str, str]) -> None:
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, cwd=ROOT, env=env)
         assert self.process.stdout is not None
         assert json.loads(self.process.stdout.readline()) == {"ready": True}
         os.set_blocking(self.process.stdout.fileno(), False)
-        self.heard: list[dict[str, Any]] = []
+        self.received: list[dict[str, Any]] = []
 
     def of(self, topic: str) -> list[dict[str, Any]]:
         """Return what has come on a topic so far."""
         assert self.process.stdout is not None
         for line in iter(self.process.stdout.readline, b""):
-            self.heard.append(json.loads(line))
-        return [each for each in self.heard if each["topic"] == topic]
+            self.received.append(json.loads(line))
+        return [each for each in self.received if each["topic"] == topic]
 
     def close(self) -> None:
         self.process.kill()
@@ -58,7 +58,7 @@ def listener(domain: int) -> Iterator[Listener]:
 
 @pytest.fixture
 def domain() -> int:
-    """Another one for each process of the tests: they must not hear each other."""
+    """Another one for each process of the tests: they must not receive each other."""
     return 100 + os.getpid() % 100
 
 
@@ -83,9 +83,9 @@ def test_lists_arrive_in_enu_while_they_are_valid_and_silence_follows(domain: in
         before, withheld = len(node.of("obstacles")), running.counts("withheld_lists")
         running.until(lambda: running.counts("withheld_lists") > withheld + 4)
         assert len(node.of("obstacles")) == before
-        told = node.of("diagnostics")[-1]
-        assert (told["level"], told["values"]["valid"]) == (ERROR, "False")
-        assert "the INS is silent" in told["message"]
+        reported = node.of("diagnostics")[-1]
+        assert (reported["level"], reported["values"]["valid"]) == (ERROR, "False")
+        assert "the INS is silent" in reported["message"]
         running.published = False
         running.until(lambda: node.of("diagnostics")[-1]["level"] == STALE)
         running.valid = running.published = True
@@ -113,9 +113,9 @@ def test_a_node_that_hangs_and_one_that_is_killed_delay_nobody(domain: int) -> N
         running.obstacles = [ROCK]
         running.until(lambda: bool(hung.of("obstacles")) and bool(node.of("obstacles")))
         hung.process.send_signal(signal.SIGSTOP)
-        sent, heard = running.counts("sent_lists"), len(node.of("obstacles"))
+        sent, received = running.counts("sent_lists"), len(node.of("obstacles"))
         running.until(lambda: running.counts("sent_lists") > sent + 20)
-        assert len(node.of("obstacles")) >= heard + 20
+        assert len(node.of("obstacles")) >= received + 20
         hung.process.kill()
         sent = running.counts("sent_lists")
         running.until(lambda: running.counts("sent_lists") > sent + 5)

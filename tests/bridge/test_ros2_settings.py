@@ -47,18 +47,18 @@ def test_bad_configuration_is_one_line_that_names_the_key(tmp_path: Path, keys: 
 def test_by_default_only_this_computer_hears_it(tmp_path: Path) -> None:
     table = load(config(tmp_path, "\n[bridge.ros2]\n"), OnboardConfig).bridge.ros2
     assert table == Ros2Settings()
-    told = ElementTree.fromstring(configuration(Ros2Settings()))
-    assert [each.get("name") for each in told.iter("NetworkInterface")] == ["lo"]
-    assert [each.get("address") for each in told.iter("Peer")] == ["127.0.0.1"]
-    assert [each.text for each in told.iter("AllowMulticast")] == ["false"]
-    assert [each.text for each in told.iter("IgnoreTypeInformation")] == ["1.15"]
+    reported = ElementTree.fromstring(configuration(Ros2Settings()))
+    assert [each.get("name") for each in reported.iter("NetworkInterface")] == ["lo"]
+    assert [each.get("address") for each in reported.iter("Peer")] == ["127.0.0.1"]
+    assert [each.text for each in reported.iter("AllowMulticast")] == ["false"]
+    assert [each.text for each in reported.iter("IgnoreTypeInformation")] == ["1.15"]
 
 
 def test_another_interface_has_its_peers_only() -> None:
-    told = ElementTree.fromstring(configuration(Ros2Settings(interface="eth0.7", peers=("192.168.2.5",))))
-    assert [each.get("name") for each in told.iter("NetworkInterface")] == ["eth0.7"]
-    assert [each.get("address") for each in told.iter("Peer")] == ["192.168.2.5"]
-    assert [each.text for each in told.iter("AllowMulticast")] == ["false"]
+    reported = ElementTree.fromstring(configuration(Ros2Settings(interface="eth0.7", peers=("192.168.2.5",))))
+    assert [each.get("name") for each in reported.iter("NetworkInterface")] == ["eth0.7"]
+    assert [each.get("address") for each in reported.iter("Peer")] == ["192.168.2.5"]
+    assert [each.text for each in reported.iter("AllowMulticast")] == ["false"]
 
 
 def test_an_interface_that_is_not_there_is_said() -> None:

@@ -39,8 +39,8 @@ def test_lists_arrive_while_they_are_valid_and_silence_follows(name: str) -> Non
         keys += '\nform = "3d"\nmost_m = 100.0'
     with receiver() as peer, bridge(name, peer.getsockname()[1], keys) as running:
         started(running)
-        told = [number for data in drained(peer) for number in ids(name, data)]
-        assert told[:2] == [7, 300]  # the nearest first
+        reported = [number for data in drained(peer) for number in ids(name, data)]
+        assert reported[:2] == [7, 300]  # the nearest first
         assert running.well()
 
         def silent(why: str) -> None:
@@ -65,7 +65,7 @@ def test_lists_arrive_while_they_are_valid_and_silence_follows(name: str) -> Non
         running.until(lambda: bool(drained(peer)) and running.well())
 
 
-def test_a_receiver_that_goes_and_comes_is_told_and_served_again() -> None:
+def test_a_receiver_that_goes_and_comes_is_reported_and_served_again() -> None:
     with receiver() as peer:
         port = peer.getsockname()[1]
     with bridge("json", port) as running:
@@ -77,11 +77,11 @@ def test_a_receiver_that_goes_and_comes_is_told_and_served_again() -> None:
             running.until(running.well)
 
 
-def test_an_empty_list_is_told_by_json() -> None:
+def test_an_empty_list_is_reported_by_json() -> None:
     with receiver() as peer, bridge("json", peer.getsockname()[1]) as running:
         running.until(lambda: running.counts("sent_lists") > 0)
-        told = json.loads(drained(peer)[-1])
-        assert (told["obstacles"], told["left_out"]) == ([], 0)
+        reported = json.loads(drained(peer)[-1])
+        assert (reported["obstacles"], reported["left_out"]) == ([], 0)
 
 
 def test_no_more_lists_a_second_than_wanted() -> None:

@@ -34,7 +34,7 @@ def test_the_sentence_is_that_of_a_radar_unless_another_talker_is_set() -> None:
     assert TtmEncoder(sounder).encode(moment(ROCK)).datagrams[0].startswith(b"$SSTTM,00,")
 
 
-def test_utc_that_is_not_to_be_relied_on_is_not_told() -> None:
+def test_utc_that_is_not_to_be_relied_on_is_not_reported() -> None:
     (rock,) = said(TtmEncoder(SETTINGS), ROCK, utc_source="unsure")
     assert rock[13] == ""
 

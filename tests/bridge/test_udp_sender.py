@@ -41,7 +41,7 @@ def test_datagrams_arrive_as_they_are(host: str) -> None:
     assert (complaints.counts, sender.problem(clock.monotonic_ns())) == ({}, "")
 
 
-def test_a_receiver_that_is_away_is_told_and_gets_all_once_it_is_back() -> None:
+def test_a_receiver_that_is_away_is_reported_and_gets_all_once_it_is_back() -> None:
     complaints = Complaints()
     with receiver() as peer:
         port = peer.getsockname()[1]
@@ -68,7 +68,7 @@ def test_what_cannot_be_sent_is_counted_and_the_next_one_is_tried() -> None:
     assert "too long" in complaints.said[0]
 
 
-def test_no_way_there_is_told() -> None:
+def test_no_way_there_is_reported() -> None:
     complaints = Complaints()
     sender = UdpSender(Destination("127.255.255.255", 5005), complaints)  # a broadcast address: the kernel refuses
     assert sender.send([b"one", b"two"]) == 0

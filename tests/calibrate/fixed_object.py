@@ -61,8 +61,8 @@ def past(t_s: float) -> tuple[Array, Rotation]:
 def poses(course: Course) -> tuple[Array, Array, Rotation]:
     """Return times, places and attitudes, 20 times a second."""
     t_s = np.arange(0.0, SECONDS + 1.0, 0.05)
-    told = [course(t) for t in t_s.tolist()]
-    return t_s, np.array([place for place, _ in told]), Rotation.concatenate([turn for _, turn in told])
+    reported = [course(t) for t in t_s.tolist()]
+    return t_s, np.array([place for place, _ in reported]), Rotation.concatenate([turn for _, turn in reported])
 
 
 def detections(sonar: Sonar, seed: int, course: Course = around) -> list[Detections]:

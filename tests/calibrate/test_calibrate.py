@@ -76,7 +76,7 @@ def test_a_known_lever_is_no_error_and_a_known_depth_makes_pitch_surer() -> None
     assert f"position_m = {list(LEVER)}" in text
 
 
-def test_a_level_vehicle_at_the_object_s_depth_is_not_told_its_pitch() -> None:
+def test_a_level_vehicle_at_the_object_s_depth_is_not_reported_its_pitch() -> None:
     rig = Rig(PoseHistory(*poses(level_around)), MountingSettings())
     fit = calibrate(echoes_of(detections(Sonar(), 2, level_around), 0), rig)
     results = results_of(fit)
@@ -131,16 +131,16 @@ def messages(sonar: Sonar, seconds: float) -> Iterator[Pose | Ping]:
         yield images.ping(sent_s, number, t_ns, START_NS + t_ns)
 
 
-def record(path: Path, told: Iterable[Pose | Ping]) -> None:
+def record(path: Path, reported: Iterable[Pose | Ping]) -> None:
     """Write messages as `ods record` does, with `--s7k` if that is the suffix."""
     if path.suffix == ".mcap":
-        samples = [("pose" if isinstance(each, Pose) else "ping", each.t_ns, each) for each in told]
+        samples = [("pose" if isinstance(each, Pose) else "ping", each.t_ns, each) for each in reported]
         write_segment(path, samples)
         return
     with path.open("xb", buffering=0) as file:
         writer = S7kWriter(file, path.name, START_NS, RECORDED_DEVICES)
         recorder = Recorder(writer, SITE)
-        for each in told:
+        for each in reported:
             recorder.take(each)
         writer.close()
 
@@ -161,8 +161,8 @@ def test_a_simulated_recording_from_images_to_the_lines_to_paste(
     assert main(["calibrate", str(ball), "--config", str(config)]) == 0
     printed = capsys.readouterr().out
     print(printed)
-    told = tomllib.loads(printed[printed.index("\n\n") :])["sonar"]
-    assert told["mounting"]["yaw_deg"] == pytest.approx(sonar.yaw_deg, abs=0.3)
-    assert told["latency_ms"] == pytest.approx(2.0 + 1e3 * sonar.late_s, abs=12.0)
-    assert told["mounting"]["position_m"] == list(LEVER)
+    reported = tomllib.loads(printed[printed.index("\n\n") :])["sonar"]
+    assert reported["mounting"]["yaw_deg"] == pytest.approx(sonar.yaw_deg, abs=0.3)
+    assert reported["latency_ms"] == pytest.approx(2.0 + 1e3 * sonar.late_s, abs=12.0)
+    assert reported["mounting"]["position_m"] == list(LEVER)
     assert main(["calibrate", str(CONFIG / "onboard.toml"), "--config", str(config)]) == 2

@@ -47,8 +47,8 @@ def test_what_ended_is_not_ahead() -> None:
 
 def test_manoeuvres_add_what_the_predictions_say_and_time_cubed_beyond() -> None:
     fields = {name: getattr(MOVING, name) for name in MOVING.__struct_fields__}
-    told = [Prediction(10.0, (0.0, 0.0, 0.0), (np.sqrt(1.3**2 + 5.0), 2.4, 3.0))]
-    turning = obstacle_list(Obstacle(**fields | {"predicted": told}))
+    reported = [Prediction(10.0, (0.0, 0.0, 0.0), (np.sqrt(1.3**2 + 5.0), 2.4, 3.0))]
+    turning = obstacle_list(Obstacle(**fields | {"predicted": reported}))
     north = [at(turning, T_NS + s * NS)[0].covariance[0][0] for s in (0, 5, 10, 20)]
     assert north == pytest.approx([0.3**2, 0.8**2 + 2.5, 1.3**2 + 5.0, 2.3**2 + 40.0])
 

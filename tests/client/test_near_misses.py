@@ -51,8 +51,8 @@ def followed(
         row[0, :2] += np.array([SIGMA_RANGE, SIGMA_BEARING]) * rng.standard_normal(2)
         t_ns = round(k / RATE_HZ * NS)
         tracker.step(Scan(t_ns, t_ns, vehicle, SECTOR, echoes_of(row)[0]))
-        told = lister.obstacles(tracker.snapshot(), course)
-        lists.append(msgspec.structs.replace(seen_from(*told), t_ns=t_ns))
+        reported = lister.obstacles(tracker.snapshot(), course)
+        lists.append(msgspec.structs.replace(seen_from(*reported), t_ns=t_ns))
     return lists
 
 

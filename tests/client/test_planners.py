@@ -1,4 +1,4 @@
-"""Planners in C, C++ and JavaScript hear a real publisher; the header takes no message for a list that is none."""
+"""Planners in C, C++ and JavaScript receive a real publisher; the header takes no message for a list that is none."""
 
 import json
 import os
@@ -64,7 +64,7 @@ def run_dir() -> Iterator[Path]:
         yield Path(folder)
 
 
-def heard(command: list[str], run_dir: Path, lists: int = 3) -> list[dict[str, object]]:
+def received(command: list[str], run_dir: Path, lists: int = 3) -> list[dict[str, object]]:
     """Return what a planner prints of `lists` lists, while TOLD is published until it has ended."""
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     publisher = bus.Publisher(context, run_dir, "tracker")
@@ -87,7 +87,7 @@ def heard(command: list[str], run_dir: Path, lists: int = 3) -> list[dict[str, o
 
 def test_cpp_hears_the_list_complete(run_dir: Path, tmp_path: Path) -> None:
     program = compiled("c++", CLIENT / "planner.cpp", tmp_path, "-std=c++17")
-    last = heard([str(program)], run_dir)[-1]
+    last = received([str(program)], run_dir)[-1]
     assert last == {
         "valid": True, "utc_ns": UTC_NS, "site": [57.5, -10.25], "vehicle": [12.5, -7.25], "ids": [7, 2**31 - 1],
         "positions": POSITIONS,
@@ -96,19 +96,19 @@ def test_cpp_hears_the_list_complete(run_dir: Path, tmp_path: Path) -> None:
 
 def test_c_hears_the_obstacles(run_dir: Path, tmp_path: Path) -> None:
     program = compiled("cc", EXAMPLES / "planner.c", tmp_path, "-std=c99")
-    assert heard([str(program)], run_dir)[-1] == {"valid": True, "positions": POSITIONS}
+    assert received([str(program)], run_dir)[-1] == {"valid": True, "positions": POSITIONS}
 
 
 def test_javascript_hears_the_obstacles(run_dir: Path) -> None:
     node = shutil.which("node")
     if node is None:
         pytest.skip("no node here")
-    last = heard([node, str(EXAMPLES / "planner.js")], run_dir)[-1]
+    last = received([node, str(EXAMPLES / "planner.js")], run_dir)[-1]
     assert last == {"valid": True, "reasons": [], "positions": POSITIONS}
 
 
 def said_without_a_list(command: list[str], run_dir: Path, user: int | None = None) -> str:
-    """Return what a planner says while it hears nothing, its first line on the error output."""
+    """Return what a planner says while it receives nothing, its first line on the error output."""
     with subprocess.Popen(
         [*command, str(run_dir), "1"], stderr=subprocess.PIPE, text=True, user=user, group=user
     ) as run:

@@ -28,10 +28,10 @@ def test_every_row_names_a_module_with_arguments_and_run(row: Command, capsys: p
 
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["map", "--help"]])
 def test_help_imports_no_command(arguments: list[str]) -> None:
-    told = subprocess.run(
+    reported = subprocess.run(
         [sys.executable, "-X", "importtime", "-m", "ods", *arguments], capture_output=True, text=True, check=True
     )
-    imported = {line.rpartition("|")[2].strip() for line in told.stderr.splitlines()}
+    imported = {line.rpartition("|")[2].strip() for line in reported.stderr.splitlines()}
     assert not imported & {row.module for row in COMMANDS}
     assert not imported & {"numpy", "zmq", "msgspec", "rich"}
 
@@ -51,12 +51,12 @@ def test_help_imports_no_command(arguments: list[str]) -> None:
     ids=" ".join,
 )
 def test_a_file_that_is_not_there_is_missed_before_anything_slow_is_imported(arguments: list[str]) -> None:
-    told = subprocess.run(
+    reported = subprocess.run(
         [sys.executable, "-X", "importtime", "-m", "ods", *arguments], capture_output=True, text=True, check=False
     )
-    lines = told.stderr.splitlines()
+    lines = reported.stderr.splitlines()
     imported = {line.rpartition("|")[2].strip() for line in lines if line.startswith("import time:")}
-    assert told.returncode == 2
+    assert reported.returncode == 2
     assert "No such file or directory" in lines[-1]
     assert not imported & {"matplotlib", "numpy", "ods.compiled.native", "ods.sim_sonar", "rich", "scipy"}
 
@@ -84,12 +84,12 @@ def test_kernels_that_cannot_be_loaded_are_one_line(
 ) -> None:
     if built is not None:
         (tmp_path / "native.abi3.so").write_text(built)
-    told = subprocess.run(
+    reported = subprocess.run(
         [sys.executable, "-c", WITHOUT_KERNELS, str(tmp_path), *arguments], capture_output=True, text=True, check=False
     )
-    assert told.returncode == 2
-    assert told.stderr.startswith(f"ods {arguments[0]}: {why}")
-    assert told.stderr.count("\n") == 1
+    assert reported.returncode == 2
+    assert reported.stderr.startswith(f"ods {arguments[0]}: {why}")
+    assert reported.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize("arguments", [[], ["map"], ["no-such-command"], ["map", "list", "--within", "1"]])
@@ -139,33 +139,33 @@ def test_a_folder_that_may_not_be_looked_into_is_one_line(
 def test_a_full_disk_behind_standard_output_is_one_line(arguments: list[str]) -> None:
     """Some commands print little, which Python writes at its end only, and says of it what nobody understands."""
     with Path("/dev/full").open("w") as full:
-        told = subprocess.run(
+        reported = subprocess.run(
             [sys.executable, "-m", "ods", *arguments], stdout=full, stderr=subprocess.PIPE, text=True, check=False,
             cwd=Path(__file__).parents[2],
         )  # fmt: skip
-    assert told.stderr == f"ods {arguments[0]}: cannot write what it prints: no space left on device\n"
-    assert told.returncode == 2
+    assert reported.stderr == f"ods {arguments[0]}: cannot write what it prints: no space left on device\n"
+    assert reported.returncode == 2
 
 
 @pytest.mark.parametrize("command", ["run", "record", "doctor", "map list"])
 def test_too_few_open_files_are_one_line(command: str) -> None:
     """ZeroMQ would end the process, and Python with a traceback, wherever the last one is wanted."""
-    told = subprocess.run(
+    reported = subprocess.run(
         ["sh", "-c", f"ulimit -n 14; exec {shlex.quote(sys.executable)} -m ods {command}"],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     name = command.partition(" ")[0]
-    assert told.stderr == f"ods {name}: the limit of open files is 14: at least 64 are needed, see `ulimit -n`\n"
-    assert told.returncode == 2
+    assert reported.stderr == f"ods {name}: the limit of open files is 14: at least 64 are needed, see `ulimit -n`\n"
+    assert reported.returncode == 2
 
 
 def test_a_low_limit_that_may_be_raised_is_raised() -> None:
     code = "import resource; from ods.base.computer.open_files import *; allow_enough(); print(*resource.getrlimit(7))"
-    told = subprocess.run(
+    reported = subprocess.run(
         ["sh", "-c", f"ulimit -n 512; ulimit -S -n 14; exec {shlex.quote(sys.executable)} -c '{code}'"],
         capture_output=True, text=True, check=True,
     )  # fmt: skip
-    assert told.stdout == "512 512\n"
+    assert reported.stdout == "512 512\n"
 
 
 @pytest.mark.parametrize("command", ["run", "watch", "doctor", "map list"])
@@ -174,26 +174,26 @@ def test_a_name_beyond_the_locale_is_one_line(command: str, tmp_path: Path) -> N
     text = (Path(__file__).parents[2] / "config" / "onboard-nmea.toml").read_text()
     text = text.replace("[bus]", f'[bus]\nrun_dir = "{tmp_path}/fährte"')
     file.write_text(text.replace("~/", f"{tmp_path}/fährte/"), encoding="utf-8")
-    told = subprocess.run(
+    reported = subprocess.run(
         [sys.executable, "-m", "ods", *command.split(), "--config", str(file)],
         env=os.environ | {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
         capture_output=True, text=True, check=False, timeout=60.0,
     )  # fmt: skip
-    assert told.returncode == 2
-    assert "Traceback" not in told.stderr
-    last = told.stderr.splitlines()[-1]
+    assert reported.returncode == 2
+    assert "Traceback" not in reported.stderr
+    last = reported.stderr.splitlines()[-1]
     assert "set one of UTF-8, such as LC_ALL=C.UTF-8" in last or "no such file" in last
 
 
 def test_a_home_that_cannot_be_written_is_no_trouble_of_pictures(tmp_path: Path) -> None:
     """Matplotlib warned of it, as a user without a home folder saw it, in two lines before every other one."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("XDG_", "MPL"))}
-    told = subprocess.run(
+    reported = subprocess.run(
         [sys.executable, "-m", "ods", "track", str(tmp_path / "absent.npz")],
         env=environment | {"HOME": "/proc/none"}, capture_output=True, text=True, check=False,
     )  # fmt: skip
-    assert told.returncode == 2
-    assert "atplotlib" not in told.stderr
+    assert reported.returncode == 2
+    assert "atplotlib" not in reported.stderr
 
 
 def test_ctrl_c_while_a_command_is_imported_says_nothing(
@@ -227,5 +227,5 @@ def test_products_of_matrices_take_one_thread() -> None:
         "a = np.ones((500, 500)); a @ a; print(len(os.listdir('/proc/self/task')))"
     )
     environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
-    told = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
-    assert told.stdout == "1\n"
+    reported = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert reported.stdout == "1\n"

@@ -6,7 +6,7 @@ from ods.cli import main
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "reported"),
     [
         ("map prune map --existence-below 50", "--existence-below: '50' is not a number, 0 to 1"),
         ("map prune map --older-than -1", "--older-than: '-1' is not a number of days, 0 to 1e+06"),
@@ -22,14 +22,16 @@ from ods.cli import main
         ("replay x --live --from -1", "--from: '-1' is not a number of seconds, 0 to 1e+09"),
     ],
 )
-def test_what_no_such_number_can_be_is_one_line(arguments: str, told: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_no_such_number_can_be_is_one_line(
+    arguments: str, reported: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit) as ended:
         main(arguments.split())
     assert ended.value.code == 2
     command = arguments.partition(" -")[0].removesuffix(" x").removesuffix(" x.s7k").removesuffix(" map")
-    assert capsys.readouterr().err == f"ods {command}: argument {told} (see ods {command} --help)\n"
+    assert capsys.readouterr().err == f"ods {command}: argument {reported} (see ods {command} --help)\n"
 
 
-def test_names_with_a_comma_are_told_apart(capsys: pytest.CaptureFixture[str]) -> None:
+def test_names_with_a_comma_are_distinguished(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["assess", "track", "--trackers", "coupled"]) == 2
     assert "is not one of 'independent, nearest', 'independent, probabilistic', " in capsys.readouterr().err

@@ -62,7 +62,7 @@ def run() -> Iterator[Run]:
         running.close()
 
 
-def test_a_configuration_broken_while_running_takes_one_process_and_is_told_until_it_is_mended(run: Run) -> None:
+def test_a_configuration_broken_while_running_takes_one_process_and_is_reported_until_it_is_mended(run: Run) -> None:
     def of_nav(picture: ObstacleList) -> str:
         return "; ".join(reason for reason in picture.reasons if reason.startswith("nav: ended"))
 
@@ -71,9 +71,11 @@ def test_a_configuration_broken_while_running_takes_one_process_and_is_told_unti
     whole = run.config.read_text()
     run.config.write_text(whole.replace("[nav.can]", "[nav.can]\nbitrote = 7"))
     psutil.Process(run.pid("nav")).kill()
-    told = run.wait(lambda picture: of_nav(picture) != "")
-    assert not told.valid
-    assert of_nav(told) == f"nav: ended with code 2: {run.config}: nav.can.bitrote: unknown key (did you mean bitrate)"
+    reported = run.wait(lambda picture: of_nav(picture) != "")
+    assert not reported.valid
+    assert (
+        of_nav(reported) == f"nav: ended with code 2: {run.config}: nav.can.bitrote: unknown key (did you mean bitrate)"
+    )
     run.config.write_text(whole)
     run.wait(lambda picture: not of_nav(picture))
     assert run.pid("nav") > 0
@@ -85,8 +87,8 @@ def test_a_tracker_that_cannot_start_is_said_by_the_client(run: Run) -> None:
     whole = run.config.read_text()
     run.config.write_text(whole.replace("[tracker.map]", '[tracker]\nobserver = "kalman"\n[tracker.map]'))
     psutil.Process(run.pid("tracker")).kill()
-    told = run.wait(lambda picture: "code 2" in picture.reasons[0])
-    assert not told.valid
-    assert "observer" in told.reasons[0]
+    reported = run.wait(lambda picture: "code 2" in picture.reasons[0])
+    assert not reported.valid
+    assert "observer" in reported.reasons[0]
     run.config.write_text(whole)
     run.wait(lambda picture: not picture.reasons[0].startswith("tracker: no obstacle list"))

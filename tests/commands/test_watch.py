@@ -19,8 +19,8 @@ from ods import cli
 from ods.base import clock
 from ods.base.clock import NS
 from ods.commands import watched
-from ods.commands.watched import heard, watch_json
-from ods.commands.watched.heard import Heard
+from ods.commands.watched import received, watch_json
+from ods.commands.watched.received import Received
 from ods.commands.watched.watch_screen import screen
 from ods.messages import Clearance, ClosestApproach, Health, Obstacle, ObstacleList, PoseAt, UnseenPart
 from ods.runtime import bus
@@ -111,7 +111,7 @@ def test_what_the_sonar_could_not_show_is_shown() -> None:
     assert "active, unseen 12 s" in text
 
 
-def test_a_loud_bottom_is_told_of_and_a_quiet_one_is_not() -> None:
+def test_a_loud_bottom_is_reported_of_and_a_quiet_one_is_not() -> None:
     loud = msgspec.structs.replace(picture(0.1), heard_from_db=17.8)
     assert "objects less than 26 dB over the background may be missing: loud bottom, or high levels" in shown(loud, {})
     assert "bottom" not in shown(msgspec.structs.replace(picture(0.1), heard_from_db=10.9), {})
@@ -119,18 +119,20 @@ def test_a_loud_bottom_is_told_of_and_a_quiet_one_is_not() -> None:
 
 
 def as_json(newest: ObstacleList | None, health: dict[str, Health], hindrance: str = "") -> dict[str, Any]:
-    told = json.loads(watch_json.text(Heard(newest, None, health), NOW, hindrance))
-    assert isinstance(told, dict)
-    return told
+    reported = json.loads(watch_json.text(Received(newest, None, health), NOW, hindrance))
+    assert isinstance(reported, dict)
+    return reported
 
 
 def test_one_object_says_what_a_program_asks() -> None:
-    told = as_json(picture(0.1), {"sonar": report("sonar", 0.1, ["no ping for 2.0 s"]), "nav": report("nav", 9.0, [])})
-    assert (told["ods"], told["valid"], told["reasons"], told["age_s"]) == (1, True, [], 0.1)
-    assert told["list"]["obstacles"][0]["id"] == 17
-    states = {name: process["state"] for name, process in told["processes"].items()}
+    reported = as_json(
+        picture(0.1), {"sonar": report("sonar", 0.1, ["no ping for 2.0 s"]), "nav": report("nav", 9.0, [])}
+    )
+    assert (reported["ods"], reported["valid"], reported["reasons"], reported["age_s"]) == (1, True, [], 0.1)
+    assert reported["list"]["obstacles"][0]["id"] == 17
+    states = {name: process["state"] for name, process in reported["processes"].items()}
     assert states == {"tracker": "not seen", "pipeline": "not seen", "nav": "silent", "sonar": "ready"}
-    assert told["processes"]["sonar"]["problems"] == ["no ping for 2.0 s"]
+    assert reported["processes"]["sonar"]["problems"] == ["no ping for 2.0 s"]
 
 
 @pytest.mark.parametrize(
@@ -142,8 +144,8 @@ def test_one_object_says_what_a_program_asks() -> None:
     ],
 )
 def test_one_object_says_why_the_list_is_not_valid(newest: ObstacleList | None, reasons: list[str]) -> None:
-    told = as_json(newest, {}, ": no socket")
-    assert (told["valid"], told["reasons"], told["cautions"]) == (False, reasons, [])
+    reported = as_json(newest, {}, ": no socket")
+    assert (reported["valid"], reported["reasons"], reported["cautions"]) == (False, reasons, [])
 
 
 def configuration(folder: Path) -> str:
@@ -154,7 +156,7 @@ def configuration(folder: Path) -> str:
 
 
 @pytest.mark.parametrize(("valid", "code"), [(True, 0), (False, 1)])
-def test_one_look_ends_when_all_was_heard_and_says_by_its_exit_code_whether_the_list_is_valid(
+def test_one_look_ends_when_all_was_received_and_says_by_its_exit_code_whether_the_list_is_valid(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], valid: bool, code: int
 ) -> None:
     stop = threading.Event()
@@ -165,10 +167,10 @@ def test_one_look_ends_when_all_was_heard_and_says_by_its_exit_code_whether_the_
     finally:
         stop.set()
         publishing.join()
-    told = json.loads(capsys.readouterr().out)
-    assert told["valid"] is valid
-    assert told["clearance"]["seq"] == 1
-    assert {told["processes"][process.name]["state"] for process in on_board()} == {"ready"}
+    reported = json.loads(capsys.readouterr().out)
+    assert reported["valid"] is valid
+    assert reported["clearance"]["seq"] == 1
+    assert {reported["processes"][process.name]["state"] for process in on_board()} == {"ready"}
 
 
 def publish(run_dir: Path, valid: bool, stop: threading.Event) -> None:
@@ -176,8 +178,8 @@ def publish(run_dir: Path, valid: bool, stop: threading.Event) -> None:
         publishers = {process.name: bus.Publisher(context, run_dir, process.name) for process in on_board()}
         while not stop.wait(0.05):
             now_ns = clock.monotonic_ns()
-            told = msgspec.structs.replace(picture(0.0, valid, [] if valid else ["no ping"]), t_ns=now_ns)
-            publishers["tracker"].publish("obstacles", told)
+            reported = msgspec.structs.replace(picture(0.0, valid, [] if valid else ["no ping"]), t_ns=now_ns)
+            publishers["tracker"].publish("obstacles", reported)
             publishers["tracker"].publish(
                 "clearance", Clearance(1, 9, now_ns, 0, True, [0.0] * 8, [0.0] * 8, [None] * 8)
             )
@@ -190,7 +192,7 @@ def publish(run_dir: Path, valid: bool, stop: threading.Event) -> None:
 def test_one_look_at_nothing_is_not_valid(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(heard, "LOOK_S", 0.1)
+    monkeypatch.setattr(received, "LOOK_S", 0.1)
     assert cli.main(["watch", "--once", "--json", "--config", configuration(tmp_path)]) == 1
     assert "has no socket of the tracker" in json.loads(capsys.readouterr().out)["reasons"][0]
     assert cli.main(["watch", "--once", "--config", configuration(tmp_path)]) == 1
@@ -198,7 +200,7 @@ def test_one_look_at_nothing_is_not_valid(
 
 
 def test_one_object_needs_no_rich(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(heard, "LOOK_S", 0.1)
+    monkeypatch.setattr(received, "LOOK_S", 0.1)
     monkeypatch.setitem(sys.modules, "rich.console", None)
     monkeypatch.delitem(sys.modules, "ods.commands.watched.watch_screen")
     monkeypatch.delattr(watched, "watch_screen")

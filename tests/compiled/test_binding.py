@@ -91,5 +91,5 @@ print(resident_mb() - before)
 
 def test_scratch_memory_is_given_back() -> None:
     """Each call works on a copy of the image's 40 MB."""
-    told = subprocess.run([sys.executable, "-c", SCRATCH], capture_output=True, text=True, check=True).stdout
-    assert float(told) < 10.0
+    reported = subprocess.run([sys.executable, "-c", SCRATCH], capture_output=True, text=True, check=True).stdout
+    assert float(reported) < 10.0

@@ -48,11 +48,11 @@ def test_layers_are_those_of_the_import_contract() -> None:
 
 
 def test_the_table_of_processes_is_the_process_table() -> None:
-    def told(names: tuple[str, ...]) -> str:
+    def reported(names: tuple[str, ...]) -> str:
         return f" {', '.join(f'`{name}`' for name in names)} " if any(names) else " "
 
     rows = "".join(
-        f"| `{process.name}` |{told(process.reads)}|{told(process.publishes)}|{told((process.answers,))}"
+        f"| `{process.name}` |{reported(process.reads)}|{reported(process.publishes)}|{reported((process.answers,))}"
         f"| `{process.worker.partition('.service:')[0].replace('.', '/')}/` |\n"
         for process in PROCESSES.values()
     )
@@ -60,8 +60,8 @@ def test_the_table_of_processes_is_the_process_table() -> None:
 
 
 def test_readme_has_the_processes_and_their_folders() -> None:
-    told = dict(re.findall(r"^\| (\w+) \| .+ \| `(ods/[\w/]+)/` \|$", README, re.MULTILINE))
-    assert told == {
+    reported = dict(re.findall(r"^\| (\w+) \| .+ \| `(ods/[\w/]+)/` \|$", README, re.MULTILINE))
+    assert reported == {
         process.name: process.worker.partition(".service:")[0].replace(".", "/") for process in PROCESSES.values()
     }
 

@@ -342,9 +342,9 @@ def test_bytes_that_change_on_the_way_are_noted_but_not_the_rest_of_a_ping_at_th
     assert good.level == "good"
     assert "% of 12000000 baud" in good.text
     assert {item.level for item in notes} == {"note"}
-    told = " ".join(item.text for item in notes)
-    assert "bad_checksum 1: the line damages bytes" in told
-    assert "lost_pings 1" in told
+    reported = " ".join(item.text for item in notes)
+    assert "bad_checksum 1: the line damages bytes" in reported
+    assert "lost_pings 1" in reported
 
 
 @pytest.mark.parametrize(

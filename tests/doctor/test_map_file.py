@@ -39,7 +39,7 @@ def test_what_the_tracker_cannot_use_is_wrong(tmp_path: Path) -> None:
         assert found.text.startswith(said)
 
 
-def test_a_file_and_a_folder_of_another_user_are_told_with_their_owner(
+def test_a_file_and_a_folder_of_another_user_are_reported_with_their_owner(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     there = tmp_path / "map.sqlite"
@@ -49,8 +49,8 @@ def test_a_file_and_a_folder_of_another_user_are_told_with_their_owner(
     (file,), (folder,) = examine(there, SITE), examine(tmp_path / "deep" / "new.sqlite", SITE)
     assert (file.level, folder.level) == ("wrong", "wrong")
     me = pwd.getpwuid(os.geteuid()).pw_name
-    told = f"{there} may not be written by user {me}, as it belongs to {owner}: as root, `chown {me} {there}*`"
-    assert file.text == told
-    with pytest.raises(MapError, match=re.escape(f"map {there}: {told}")):  # what the tracker says
+    reported = f"{there} may not be written by user {me}, as it belongs to {owner}: as root, `chown {me} {there}*`"
+    assert file.text == reported
+    with pytest.raises(MapError, match=re.escape(f"map {there}: {reported}")):  # what the tracker says
         open_map(there, 57.0, 9.9)
     assert folder.text.startswith(f"cannot be made: {tmp_path} belongs to {owner}, and may not be written")

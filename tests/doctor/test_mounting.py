@@ -25,7 +25,7 @@ def test_words(mounting: MountingSettings, words: str) -> None:
     assert words_of(mounting) == words
 
 
-def test_the_ins_is_told_where_it_is_not_at_the_origin() -> None:
+def test_an_ins_away_from_the_origin_is_a_note() -> None:
     assert len(list(examine(MountingSettings(), (0.0, 0.0, 0.0)))) == 1
     _, ins = examine(MountingSettings(), (-3.0, 0.0, 0.0))
     assert (ins.level, ins.text) == ("good", "the INS is 3 m astern of the vehicle's origin")

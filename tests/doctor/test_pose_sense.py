@@ -1,4 +1,4 @@
-"""Poses that cannot be right: another site, depth told as height, a velocity in another unit or other axes."""
+"""Poses that cannot be right: another site, depth reported as height, a velocity in another unit or other axes."""
 
 import math
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ def straight(
 
 
 @pytest.mark.parametrize(
-    ("place", "east", "told", "said"),
+    ("place", "east", "reported", "said"),
     [
         ((100.0, 200.0, 20.0), 1.5, (1.5, 0.0, 0.0), []),
         ((0.0, 0.0, 20.0), 0.0, (0.0, 0.0, 0.0), []),
@@ -43,9 +43,9 @@ def straight(
     ],
 )
 def test_what_cannot_be_right_is_wrong_and_nothing_else(
-    place: Sequence[float], east: float, told: Sequence[float], said: list[str]
+    place: Sequence[float], east: float, reported: Sequence[float], said: list[str]
 ) -> None:
-    found = list(examine("navigation", straight(place, (0.0, east, 0.0), told, 0.5 * math.pi)))
+    found = list(examine("navigation", straight(place, (0.0, east, 0.0), reported, 0.5 * math.pi)))
     assert [item.level for item in found] == ["wrong"] * len(said)
     assert all(words in item.text for item, words in zip(found, said, strict=True))
 

@@ -29,7 +29,7 @@ def test_the_shipped_configurations_are_usual(file: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("table", "text", "told"),
+    ("table", "text", "reported"),
     [
         (
             "tracker.bottom", "clearance_m = 500",
@@ -57,8 +57,8 @@ def test_the_shipped_configurations_are_usual(file: Path) -> None:
     ],
 )  # fmt: skip
 def test_one_line_names_key_value_what_is_usual_and_what_it_does(
-    tmp_path: Path, table: str, text: str, told: str
+    tmp_path: Path, table: str, text: str, reported: str
 ) -> None:
     (line,) = said(tmp_path, table, text)
-    assert line.startswith(told)
+    assert line.startswith(reported)
     assert "\n" not in line

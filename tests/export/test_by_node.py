@@ -94,8 +94,12 @@ def test_the_scene_of_a_foxglove_file(seen: dict[str, list[Any]]) -> None:
     assert halo["size"]["y"] == pytest.approx(2 * (1.5 + 2 * 0.039172**0.5), abs=1e-5)
     assert 2.0 * halo["pose"]["orientation"]["z"] == pytest.approx(0.08257, abs=1e-3)  # 0.5 atan(0.01 / 0.06)
     assert entity["texts"][0]["text"] == "7 \u00b10.4 m"
-    told = {pair["key"]: pair["value"] for pair in entity["metadata"]}
-    assert (told["existence"], told["closest_approach_m"], told["sigma_ned_m"]) == ("0.5", "2.5", "0.2, 0.4, 3")
+    reported = {pair["key"]: pair["value"] for pair in entity["metadata"]}
+    assert (reported["existence"], reported["closest_approach_m"], reported["sigma_ned_m"]) == (
+        "0.5",
+        "2.5",
+        "0.2, 0.4, 3",
+    )
 
 
 def test_frames_and_place_of_a_foxglove_file(seen: dict[str, list[Any]]) -> None:

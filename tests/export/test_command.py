@@ -57,7 +57,7 @@ def test_every_format_of_a_recording(
     assert capsys.readouterr().err == f"ods export: {out}: exists already, and is not overwritten\n"
 
 
-def test_the_times_are_utc_of_what_is_told(record: Path, tmp_path: Path) -> None:
+def test_the_times_are_utc_of_what_is_reported(record: Path, tmp_path: Path) -> None:
     main(["export", str(record), "--ros2", str(tmp_path / "bag")])
     with AnyReader([tmp_path / "bag"]) as reader:
         assert {stamp for _, stamp, _ in reader.messages()} == {T_NS + OFFSET_NS}

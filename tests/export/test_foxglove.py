@@ -11,8 +11,8 @@ from tests.export.mission import UTC_NS
 def lines_of(*problems: str) -> int:
     """Return how many lines of the log a process makes that says these one after the other; "": nothing is wrong."""
     messages = FoxgloveMessages(mission.MOUNTED, LocalFrame(57.0, 10.0))
-    told = [msgspec.structs.replace(mission.HEALTH, problems=[text] if text else []) for text in problems]
-    return sum(len(messages.of(UTC_NS, health)) for health in told)
+    reported = [msgspec.structs.replace(mission.HEALTH, problems=[text] if text else []) for text in problems]
+    return sum(len(messages.of(UTC_NS, health)) for health in reported)
 
 
 def test_the_log_has_a_line_where_something_is_new() -> None:

@@ -77,9 +77,9 @@ def test_keys_are_made_listed_and_revoked(tmp_path: Path, capsys: pytest.Capture
 def test_a_mistake_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], said: str) -> None:
     KeyFolder(tmp_path / "keys").make("old")
     assert keys(tmp_path, *words) == 2
-    told = capsys.readouterr().err
-    assert said in told
-    assert told.count("\n") == 1
+    reported = capsys.readouterr().err
+    assert said in reported
+    assert reported.count("\n") == 1
 
 
 @pytest.mark.parametrize("mode", [0o640, 0o604, 0o660])
@@ -94,9 +94,9 @@ def test_a_secret_that_others_may_read_is_refused(
     server = tmp_path / "keys" / "server.secret"
     server.chmod(mode)
     assert main(["listen", "--config", str(config(tmp_path, f'keys = "keys"\n{LISTEN}'))]) == 2
-    told = capsys.readouterr().err
-    assert told.startswith(f"ods listen: bus.keys: {server}: others have rights to it: chmod 600 {server}")
-    assert told.count("\n") == 1
+    reported = capsys.readouterr().err
+    assert reported.startswith(f"ods listen: bus.keys: {server}: others have rights to it: chmod 600 {server}")
+    assert reported.count("\n") == 1
 
 
 def test_a_list_that_others_may_write_lets_nobody_in(tmp_path: Path) -> None:

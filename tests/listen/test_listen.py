@@ -1,4 +1,4 @@
-"""Who hears what: keys that are allowed, named topics, and nothing else; who is revoked or slow is cut."""
+"""Who receives what: keys that are allowed, named topics, and nothing else; who is revoked or slow is cut."""
 
 import socket
 import subprocess
@@ -32,7 +32,7 @@ def stranger(server: str) -> ClientKey:
     return ClientKey(KeyPair(public.decode(), secret.decode()), server)
 
 
-def heard(running: Vehicle, client: Socket) -> bool:
+def received(running: Vehicle, client: Socket) -> bool:
     return bool(drained(client))
 
 
@@ -62,10 +62,10 @@ def test_who_has_no_key_or_a_wrong_one_hears_nothing(folder: Path) -> None:
             "for another vehicle": running.client(ClientKey(own.own, zmq.curve_keypair()[0].decode())),
         }
         good = running.client(own)
-        running.until(lambda: heard(running, good) and running.counters.get("refused_clients", 0) > 0)
+        running.until(lambda: received(running, good) and running.counters.get("refused_clients", 0) > 0)
         for _ in range(100):
             running.step()
-        assert heard(running, good)
+        assert received(running, good)
         assert {name: drained(client) for name, client in wrong.items()} == {name: [] for name in wrong}
         assert running.counters["admitted_clients"] == 1
 
@@ -75,8 +75,8 @@ def test_a_revoked_key_hears_nothing_more_and_others_go_on(folder: Path) -> None
         running.keys.make("display")
         display_key = running.key("display")
         planner, display = running.client(running.key()), running.client(display_key)
-        running.until(lambda: heard(running, planner))
-        running.until(lambda: heard(running, display))
+        running.until(lambda: received(running, planner))
+        running.until(lambda: received(running, display))
         running.keys.revoke("display")
         running.worker.tick()
         assert running.counters["hang_ups"] == 1
@@ -95,13 +95,13 @@ def test_a_revoked_key_hears_nothing_more_and_others_go_on(folder: Path) -> None
         assert not running.keys.secret_of("display").exists()
         running.keys.allow("display", display_key.own.public)
         again = running.client(display_key)
-        running.until(lambda: heard(running, again))
+        running.until(lambda: received(running, again))
 
 
 def test_a_list_of_keys_that_is_wrong_lets_nobody_in(folder: Path) -> None:
     with vehicle(folder) as running:
         client = running.client(running.key())
-        running.until(lambda: heard(running, client))
+        running.until(lambda: received(running, client))
         allowed = running.keys.path / "allowed"
         good = allowed.read_text()
         allowed.write_text(good + "thief\n")
@@ -116,7 +116,7 @@ def test_a_list_of_keys_that_is_wrong_lets_nobody_in(folder: Path) -> None:
         assert drained(client) == []
         allowed.write_text(good)
         back = running.client(running.key())
-        running.until(lambda: heard(running, back))
+        running.until(lambda: received(running, back))
         assert running.worker.problems() == []
 
 
@@ -124,7 +124,7 @@ def test_a_reader_that_stops_reading_is_cut_and_costs_no_memory(folder: Path, mo
     monkeypatch.setattr(door, "CUT_S", 1.0)
     with vehicle(folder) as running:
         good, slow = running.client(running.key()), running.client(running.key(), queue=1)
-        running.until(lambda: heard(running, slow))
+        running.until(lambda: received(running, slow))
         assert running.worker._doors[0]._socket is not None
         seen = running.worker._doors[0]._socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
         before, sent, cut = psutil.Process().memory_info().rss, 0, 0
@@ -153,7 +153,7 @@ def test_a_port_that_is_taken_is_said_and_tried_again(folder: Path) -> None:
             (said,) = running.worker.problems()
             assert said == f"bus.listen[0].at: cannot listen at {running.address}: address already in use"
         client = running.client(running.key())
-        running.until(lambda: heard(running, client))
+        running.until(lambda: received(running, client))
         assert running.worker.problems() == []
 
 
@@ -167,11 +167,11 @@ def test_the_client_of_planners_takes_a_key_and_looks_at_the_age(folder: Path) -
         running.late_ns = 2_000_000_000
         said: list[str] = []
 
-        def is_told() -> bool:
+        def is_reported() -> bool:
             said.extend(planner.next().reasons)
             return any(text.startswith("tracker: no obstacle list for 2.") for text in said)
 
-        running.until(is_told)
+        running.until(is_reported)
         running.late_ns = 0
         running.until(lambda: planner.next().valid)
         planner.close()

@@ -364,7 +364,7 @@ def test_what_is_wrong_is_one_line(
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == files  # nothing left behind
 
 
-def test_times_are_told_in_utc() -> None:
+def test_times_are_reported_in_utc() -> None:
     assert utc_text(0) == "1970-01-01T00:00:00.000Z"
     assert utc_text(-1) == "1969-12-31T23:59:59.999Z"
     assert utc_text(2**63 - 1) == "2262-04-11T23:47:16.854Z"

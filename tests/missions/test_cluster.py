@@ -122,7 +122,7 @@ def test_a_client_without_the_certificate_is_not_taken(campaign: Path, cluster: 
 
 
 @pytest.mark.parametrize(
-    ("address", "told"),
+    ("address", "reported"),
     [
         ("tcp://192.0.2.1:8786", "without TLS only on this machine"),
         ("tcp://example.org:8786", "without TLS only on this machine"),
@@ -130,8 +130,8 @@ def test_a_client_without_the_certificate_is_not_taken(campaign: Path, cluster: 
         ("127.0.0.1:8786", "expected tls://HOST:PORT"),
     ],
 )
-def test_an_address_that_anyone_could_reach_is_refused(address: str, told: str) -> None:
-    with pytest.raises(OdsError, match=told):
+def test_an_address_that_anyone_could_reach_is_refused(address: str, reported: str) -> None:
+    with pytest.raises(OdsError, match=reported):
         security_of(address, None)
 
 

@@ -21,9 +21,9 @@ obstacles_per_hectare = 40.0
 """
 
 
-def test_results_are_told_and_kept(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_results_are_reported_and_kept(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:
     _, table, summary = results(campaign, "out")
-    told = capsys.readouterr().out
+    reported = capsys.readouterr().out
     rows = list(csv.DictReader(table.decode().splitlines()))
     assert [(row["mission"], row["arm"]) for row in rows] == [
         (str(k), arm) for k in range(3) for arm in ("none", "truth")
@@ -31,8 +31,8 @@ def test_results_are_told_and_kept(campaign: Path, capsys: pytest.CaptureFixture
     none, truth = json.loads(summary)["arms"]
     assert none["collision"]["count"] == sum(row["arm"] == "none" and row["ending"] == "collision" for row in rows) > 0
     assert truth["collision"]["count"] == 0
-    assert "McNemar" in told
-    assert f"{none['collision']['count']} of 3" in " ".join(told.split())
+    assert "McNemar" in reported
+    assert f"{none['collision']['count']} of 3" in " ".join(reported.split())
 
 
 @pytest.mark.slow
@@ -96,7 +96,7 @@ def test_a_journal_that_is_none_is_refused(campaign: Path, line: str, capsys: py
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "reported"),
     [
         ("seed = -1", "seed"),
         ('seed = 1\narms = ["odss"]', "arms"),
@@ -112,9 +112,9 @@ def test_a_journal_that_is_none_is_refused(campaign: Path, line: str, capsys: py
     ],
 )
 def test_mistakes_are_one_line_that_names_the_key(
-    campaign: Path, text: str, told: str, capsys: pytest.CaptureFixture[str]
+    campaign: Path, text: str, reported: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     campaign.write_text(text)
     line = refusal(campaign, capsys)
     assert line.startswith("ods missions: ")
-    assert all(part in line for part in told.split(".*"))
+    assert all(part in line for part in reported.split(".*"))

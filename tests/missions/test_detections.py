@@ -16,7 +16,7 @@ from ods.messages import Detection, Sector
 from ods.missions.detections.agreement import compared
 from ods.missions.detections.draw import Drawing, Placed, echoes_of
 from ods.missions.detections.fit import fitted, round_of
-from ods.missions.detections.fitting import Heard, clutter_law, echo_law, errors_of, logit_of, matched
+from ods.missions.detections.fitting import Received, clutter_law, echo_law, errors_of, logit_of, matched
 from ods.missions.detections.laws import Errors, Laws, load_laws, save_laws, sonar_fingerprint
 from ods.missions.detections.sights import WORDS, Fan, Sights, fan_of, seen_of
 from ods.missions.parallel.fly import fly, tasks_of
@@ -56,7 +56,7 @@ def test_what_stands_behind_is_hidden_as_far_as_it_does() -> None:
     assert seen.bearing[1] == pytest.approx(math.radians(4.45), abs=0.007)
 
 
-def test_outside_of_the_fan_and_beyond_the_range_nothing_is_seen_and_borders_are_told() -> None:
+def test_outside_of_the_fan_and_beyond_the_range_nothing_is_seen_and_borders_are_reported() -> None:
     seen = sights((30.0, 60.0, 2.0), (130.0, 0.0, 2.0), (30.0, -44.0, 2.0), (101.0, 10.0, 2.0))
     assert seen.body.tolist() == [2, 3]
     assert seen.at_edge.tolist() == [True, False]
@@ -74,11 +74,11 @@ def echo(near_m: float, bearing: float) -> Detection:
 
 def test_errors_of_an_echo_make_the_echo_again() -> None:
     body = sights((30.0, 10.0, 1.0))
-    heard = echo(29.1, 0.18)
-    found = errors_of(heard, float(body.near_m[0]), 1.0, float(body.bearing[0]), fan())
+    received = echo(29.1, 0.18)
+    found = errors_of(received, float(body.near_m[0]), 1.0, float(body.bearing[0]), fan())
     (again,) = echoes_of(Errors(*found[:, None]), body, np.zeros(1, bool), fan())
-    told = dict(zip(Detection.__struct_fields__, zip(astuple(heard), astuple(again), strict=True), strict=True))
-    for name, (one, other) in told.items():
+    reported = dict(zip(Detection.__struct_fields__, zip(astuple(received), astuple(again), strict=True), strict=True))
+    for name, (one, other) in reported.items():
         if name not in ("peak", "mean"):
             assert other == pytest.approx(one, rel=1e-6), name
     assert again.mean / again.peak == pytest.approx(7.0 / 20.0)
@@ -119,9 +119,9 @@ def laws_of(seen: float, clutter: int = 0) -> Laws:
     features = np.zeros((count, len(WORDS)))
     features[:, 0] = 1.0
     yes = np.ones(count, bool)
-    heard = Heard(np.zeros(count, int), np.repeat(np.arange(pings), bodies), np.tile(np.arange(bodies), pings),
+    received = Received(np.zeros(count, int), np.repeat(np.arange(pings), bodies), np.tile(np.arange(bodies), pings),
                   features, yes, ~yes, ~yes, errors)  # fmt: skip
-    law = echo_law(heard, yes)
+    law = echo_law(received, yes)
     alone = [echo(20.0 + k, 0.1) for k in range(clutter)]
     none = (-15.0, *[0.0] * (len(WORDS) - 1))
     clear = clutter_law([], 1)
@@ -153,16 +153,16 @@ def test_clutter_comes_as_often_as_it_did_and_stays_where_it_is() -> None:
     none, before, counts, stayed = sights(), np.array([]), [], 0
     for ping in range(3000):
         head = Placed(0.1 * ping, 0.0, 0.0)
-        heard = drawing.detections(ping, ping, ping, none, head).detections
-        north = np.array([head.north_m + each.range_m * math.cos(each.bearing_rad) for each in heard])
+        received = drawing.detections(ping, ping, ping, none, head).detections
+        north = np.array([head.north_m + each.range_m * math.cos(each.bearing_rad) for each in received])
         stayed += sum(bool(np.any(np.abs(north - one) < 1e-6)) for one in before)
-        counts.append(len(heard))
+        counts.append(len(received))
         before = north
     assert np.mean(counts) == pytest.approx(2.0, rel=0.1)
     assert stayed / sum(counts) == pytest.approx(0.5, abs=0.05)
 
 
-def test_what_is_not_processed_is_not_heard() -> None:
+def test_what_is_not_processed_is_not_received() -> None:
     near_only = replace(laws_of(0.99), processed_ranges_m=[[(0.0, 20.0)], [(0.0, 100.0)]])
     drawing = Drawing(near_only, 1, fan(), np.random.default_rng(5))
     found = [drawing.detections(k, k, k, sights((30.0, 0.0, 1.0)), Placed(0.0, 0.0, 0.0)) for k in range(40)]
@@ -197,8 +197,8 @@ def test_a_sonar_has_one_fingerprint_in_all_processes() -> None:
         "from ods.sim_sonar.by_name import find_sonar; from ods.missions.detections.laws import sonar_fingerprint; "
         "print(sonar_fingerprint(find_sonar('seabat6012')), end='')"
     )
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True).stdout
-    assert told == sonar_fingerprint(find_sonar("seabat6012")) != sonar_fingerprint(find_sonar("sonar3d15"))
+    reported = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True).stdout
+    assert reported == sonar_fingerprint(find_sonar("seabat6012")) != sonar_fingerprint(find_sonar("sonar3d15"))
 
 
 def test_a_sonar_of_several_planes_is_refused() -> None:

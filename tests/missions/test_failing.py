@@ -64,7 +64,7 @@ def test_a_variant_sets_keys_anew_and_keeps_the_others(campaign: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "reported"),
     [
         ("world.dead_ends = 1", "world.dead_end = 1", "variant[1] (dead ends / fast): world.dead_end: unknown key"),
         ('name = "as tuned"', "", "variant[0].name"),
@@ -78,16 +78,16 @@ def test_a_variant_sets_keys_anew_and_keeps_the_others(campaign: Path) -> None:
     ],
 )
 def test_mistakes_in_variants_are_one_line(
-    campaign: Path, old: str, new: str, told: str, capsys: pytest.CaptureFixture[str]
+    campaign: Path, old: str, new: str, reported: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     campaign.write_text(VARIED.replace(old, new))
     assert main(["missions", str(campaign), "--out", str(campaign.parent / "out")]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert told in line
+    assert reported in line
 
 
 @pytest.mark.slow
-def test_all_variants_are_flown_and_told_in_one_table_and_more_missions_go_on(campaign: Path) -> None:
+def test_all_variants_are_flown_and_reported_in_one_table_and_more_missions_go_on(campaign: Path) -> None:
     out = campaign.parent / "out"
     assert main(["missions", str(campaign), "--out", str(out)]) == 0
     rows = (out / "variants.csv").read_text().splitlines()
@@ -115,13 +115,13 @@ def test_a_dead_end_has_no_gap_and_is_open_towards_the_start() -> None:
     assert np.hypot(*np.diff(places, axis=0).T).max() < 2.0
 
 
-def test_poses_are_told_with_their_errors() -> None:
+def test_poses_are_reported_with_their_errors() -> None:
     errors = ErrorSettings(range_scale=1.05, drift_m_s=(0.0, 0.5), yaw_drift_deg_s=1.0)
     pose = Pose(0, 10 * NS, 10 * NS, (1.0, 2.0, 3.0), (1.0, 0.0, 0.0, 0.0), STILL, (0.1,) * 3, (0.01,) * 3)
-    told = errors.pose(pose)
-    assert told.position_ned == (1.0, 7.0, 3.0)
-    assert told.attitude == pytest.approx(from_euler(0.0, 0.0, math.radians(10.0)))
-    assert told.sigma_position_ned == pose.sigma_position_ned
+    reported = errors.pose(pose)
+    assert reported.position_ned == (1.0, 7.0, 3.0)
+    assert reported.attitude == pytest.approx(from_euler(0.0, 0.0, math.radians(10.0)))
+    assert reported.sigma_position_ned == pose.sigma_position_ned
     assert ErrorSettings().pose(pose) is pose
 
 
@@ -150,9 +150,9 @@ def one(north: float) -> World:
 def test_a_witness_tells_silence_from_warnings() -> None:
     """The obstacle's edge is 19 m ahead, and it is in no list."""
 
-    def said(told: ObstacleList, clear: Clearance | None) -> tuple[bool, str]:
+    def said(reported: ObstacleList, clear: Clearance | None) -> tuple[bool, str]:
         witness = Witness(one(20.0))
-        witness.hear(told, clear, state(0.0), 0.1)
+        witness.receive(reported, clear, state(0.0), 0.1)
         return witness.before(1.0, 0)
 
     assert said(empty(), clearance(50.0)) == (False, "")
@@ -161,20 +161,20 @@ def test_a_witness_tells_silence_from_warnings() -> None:
     assert said(empty(caution="images repeat"), clearance(50.0)) == (False, "caution")
     assert said(empty(valid=False), clearance(50.0)) == (False, "not valid")
     early = Witness(one(20.0))
-    early.hear(empty(valid=False), clearance(50.0), state(0.0), 0.1)
-    early.hear(empty(), clearance(50.0), state(8.0), 8.1)
+    early.receive(empty(valid=False), clearance(50.0), state(0.0), 0.1)
+    early.receive(empty(), clearance(50.0), state(8.0), 8.1)
     assert early.before(9.0, 0) == (False, "")
 
 
-def test_what_is_listed_is_found_though_the_pose_told_has_drifted() -> None:
+def test_what_is_listed_is_found_though_the_pose_reported_has_drifted() -> None:
     world = one(20.0)
-    told = TruthWatch(world, 100.0).look(0, state(0.0)).list
+    reported = TruthWatch(world, 100.0).look(0, state(0.0)).list
     turned = PoseAt((100.0, 50.0, 20.0), from_euler(0.0, 0.0, 0.5 * math.pi), STILL, STILL, STILL)
 
     def is_listed(place: tuple[float, float, float]) -> bool:
         witness = Witness(world)
-        there = replace(told.obstacles[0], position_ned=place)
-        witness.hear(replace(told, pose=turned, obstacles=[there]), None, state(0.0), 0.1)
+        there = replace(reported.obstacles[0], position_ned=place)
+        witness.receive(replace(reported, pose=turned, obstacles=[there]), None, state(0.0), 0.1)
         return witness.before(1.0, 0)[0]
 
     assert is_listed((100.0, 70.0, 20.0))
@@ -203,10 +203,10 @@ def first_list(
     flight = Flight(campaign, 0, "ods", find_sonar("seabat6012"), MissionSettings(), there)
     for ping in range(20):
         flight.step(ping)
-    assert flight.heard is not None
-    if not flight.heard.list.obstacles:
+    assert flight.received is not None
+    if not flight.received.list.obstacles:
         return None
-    (north, east, _), at = flight.heard.list.obstacles[0].position_ned, flight.vehicle.way[-1]
+    (north, east, _), at = flight.received.list.obstacles[0].position_ned, flight.vehicle.way[-1]
     return north + (range_scale - 1.0) * at.north_m, east
 
 

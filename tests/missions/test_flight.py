@@ -74,8 +74,8 @@ def test_it_gives_up_in_time() -> None:
     assert outcome.time_s == pytest.approx(40.0, abs=0.2)
 
 
-def test_an_evasion_of_nothing_is_told_from_others() -> None:
-    """It is told of an obstacle where there is none, and of the one that there is."""
+def test_an_evasion_of_nothing_is_reported_from_others() -> None:
+    """It is reported of an obstacle where there is none, and of the one that there is."""
     there = (60.0, 0.5, 1.0)
     flown = flight("truth", there)
     assert flown.fly().evasions_of_nothing == 0
@@ -91,8 +91,8 @@ def test_with_the_list_of_pipeline_and_tracker_it_passes_what_it_would_hit() -> 
     flown = flight("ods", (50.0, 0.5, 2.0))
     for ping in range(90):
         flown.step(ping)
-    assert flown.heard is not None
-    (found,) = flown.heard.list.obstacles
+    assert flown.received is not None
+    (found,) = flown.received.list.obstacles
     assert math.dist(found.position_ned[:2], (50.0, 0.5)) < 1.0
     outcome = flight("ods", (50.0, 0.5, 2.0)).fly()
     assert (outcome.ending, outcome.near_miss, outcome.evasions_of_nothing) == ("success", False, 0)
@@ -107,25 +107,25 @@ def test_a_3d_sonar_sends_range_images_of_the_same_world() -> None:
     assert isinstance(flown.watch, OnBoard)
     for ping in range(150):
         flown.step(ping)
-        if flown.heard is not None and flown.heard.list.obstacles:
+        if flown.received is not None and flown.received.list.obstacles:
             break
-    assert flown.heard is not None
-    (found,) = flown.heard.list.obstacles
+    assert flown.received is not None
+    (found,) = flown.received.list.obstacles
     edge_m = math.dist(found.position_ned[:2], flown.vehicle.way[-1].place[:2]) - found.radius_m
     assert 12.0 < edge_m < 15.0
     assert math.dist(found.position_ned[:2], (30.0, 0.5)) < 2.0
 
 
 @pytest.mark.parametrize(
-    ("more", "told"),
+    ("more", "reported"),
     [
         ({"world": replace(WORLD, sea_bed=SeaBed(depth_m=27.0, rough=ROUGH))}, "needs an even sea-bed"),
         ({"errors": ErrorSettings(range_scale=1.05)}, "errors: .*range images"),
     ],
 )
-def test_what_range_images_are_not_simulated_with_is_refused(more: dict[str, Any], told: str) -> None:
+def test_what_range_images_are_not_simulated_with_is_refused(more: dict[str, Any], reported: str) -> None:
     campaign = Campaign(seed=1, sonar="sonar3d15", **more)
-    with pytest.raises(OdsError, match=told):
+    with pytest.raises(OdsError, match=reported):
         flight_of(campaign, 0, "ods", setup_of(campaign))
 
 

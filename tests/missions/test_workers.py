@@ -57,7 +57,7 @@ def test_a_mission_that_always_kills_its_process_is_named(tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-def test_what_a_mission_cannot_do_is_told_as_from_one_process(tmp_path: Path) -> None:
+def test_what_a_mission_cannot_do_is_reported_as_from_one_process(tmp_path: Path) -> None:
     for workers in (1, 2):
         with pytest.raises(OdsError, match="mission 0"):
             list(flown_of(tasks(tmp_path), wrong, workers))

@@ -107,9 +107,9 @@ def frames(manner: Manner, instants: int, chance: Random) -> Iterator[Sent]:
 def number_of(pose: Pose) -> int:
     """Return the instant of a pose; asserts that all that it says is of one, but for its time."""
     number = round(100 * pose.position_ned[0])
-    told = [*(100 * part for part in pose.position_ned), *(1000 * part for part in pose.velocity_body)]
+    reported = [*(100 * part for part in pose.position_ned), *(1000 * part for part in pose.velocity_body)]
     w, x, y, z = pose.attitude
     roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    assert [round(part) for part in told] == [number] * 6
+    assert [round(part) for part in reported] == [number] * 6
     assert round(1e4 * roll) == number
     return number

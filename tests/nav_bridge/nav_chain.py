@@ -63,7 +63,7 @@ SITE = SiteSettings(latitude_deg=57.0, longitude_deg=9.9)
 
 
 class Vehicle(threading.Thread):
-    """The far end: an INS that sends at 100 Hz until told to stop, and what it sent."""
+    """The far end: an INS that sends at 100 Hz until reported to stop, and what it sent."""
 
     def __init__(self, far: can.BusABC, ins: SimulatedDbcIns | None = None) -> None:
         super().__init__(daemon=True)

@@ -26,13 +26,15 @@ HELD = {name: HeldSettings() for name in ("PLACE", "DEPTH", "DVL")}
 
 
 @pytest.mark.parametrize(
-    ("fields", "told"),
+    ("fields", "reported"),
     [((), (None, 0.0)), (("over_bottom",), (20.0, 0.3)), (("over_bottom", "sigma_over_bottom"), (20.0, 0.08))],
 )
-def test_a_pose_has_the_altitude_that_is_told(fields: tuple[str, ...], told: tuple[float | None, float]) -> None:
+def test_a_pose_has_the_altitude_that_is_reported(
+    fields: tuple[str, ...], reported: tuple[float | None, float]
+) -> None:
     pose = Bench((*ALL_LOCAL, *fields)).make()
     assert pose is not None
-    assert (pose.altitude_m, pose.sigma_altitude_m) == told
+    assert (pose.altitude_m, pose.sigma_altitude_m) == reported
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, 0.0, -1.0, 500.1])
@@ -58,14 +60,14 @@ HANGS = "poses have no altitude over the bottom: 20 m all the time, though the d
 
 def test_an_altimeter_that_hangs_is_not_believed_once_the_vehicle_sinks(caplog: pytest.LogCaptureFixture) -> None:
     """10 Hz, 0.5 m/s down from the 10th second on: until then the bottom may as well be flat."""
-    bench, told = Bench((*ALL_LOCAL, "over_bottom")), []
+    bench, reported = Bench((*ALL_LOCAL, "over_bottom")), []
     for number in range(200):
         pose = bench.make_at(number * NS // 10, down=20.0 + 0.05 * max(0, number - 100))
         assert pose is not None
-        told.append(pose.altitude_m)
-    assert told[:140] == [20.0] * 140
-    assert told[142:] == [None] * 58
-    assert bench.counters == {"altitude_still": told.count(None)}
+        reported.append(pose.altitude_m)
+    assert reported[:140] == [20.0] * 140
+    assert reported[142:] == [None] * 58
+    assert bench.counters == {"altitude_still": reported.count(None)}
     assert caplog.text.count(HANGS) == 1
     pose = bench.make_at(20 * NS, down=25.0, over_bottom=19.9)
     assert pose is not None
@@ -133,14 +135,14 @@ def test_a_slow_altimeter_does_not_hang(tmp_path: Path) -> None:
 
 def test_a_status_of_the_altimeter_costs_the_altitude_only(tmp_path: Path) -> None:
     vehicle = altimeter(tmp_path, valid=[ValiditySettings(signal="ALTIMETER.OK", accept=[1], says="altitude")])
-    told = []
+    reported = []
     for number in range(80):
         good = number < 40
         vehicle.take(8, struct.pack("<HB", 3000, good), number * held.PERIOD)
         pose = vehicle.fly(number, "PLACE", "DEPTH", "DVL")
-        told += [] if pose is None else [pose.altitude_m is not None]
-    assert told == [True] * (39 + 25) + [False] * (len(told) - 64)
-    assert len(told) == 79
+        reported += [] if pose is None else [pose.altitude_m is not None]
+    assert reported == [True] * (39 + 25) + [False] * (len(reported) - 64)
+    assert len(reported) == 79
     assert vehicle.source.problems(80 * held.PERIOD) == []
 
 
@@ -178,15 +180,15 @@ def pose(t_s: float, altitude_m: float | None, velocity: tuple[float, float, flo
 
 
 def test_origin_and_head_are_as_high_over_the_bottom_as_they_lie_above_each_other() -> None:
-    told = pose(0.0, 10.0)
-    origin = LeverArm((2.0, -1.0, 0.5)).at_origin(told)
+    reported = pose(0.0, 10.0)
+    origin = LeverArm((2.0, -1.0, 0.5)).at_origin(reported)
     buffer = PoseBuffer(10, 0.5)
     buffer.insert(origin)
     head = head_of(buffer.at(0), Mounting(MountingSettings(position_m=(3.0, 0.5, 1.0))))
     assert origin.altitude_m is not None
     assert head is not None
     assert head.altitude_m is not None
-    bottom = told.position_ned[2] + 10.0
+    bottom = reported.position_ned[2] + 10.0
     assert origin.position_ned[2] + origin.altitude_m == pytest.approx(bottom)
     assert head.position_ned[2] + head.altitude_m == pytest.approx(bottom)
     assert abs(head.altitude_m - 10.0) > 0.3

@@ -129,7 +129,7 @@ def test_whatever_is_lost_repeated_or_swapped_a_pose_is_never_a_mixture(order: l
             assert len({round(1e3 * x) for x in (*pose.position_ned, pose.velocity_body[0])}) == 1
 
 
-def test_gaps_and_restarts_of_the_sequence_are_told_apart() -> None:
+def test_gaps_and_restarts_of_the_sequence_are_distinguished() -> None:
     bench = Bench()
     for number in (250, 251, 254, 257):  # 257 is sent as 1
         assert len(bench.epoch(number)) == 1

@@ -160,7 +160,7 @@ def time_message(utc_ns: int) -> bytes:
 def test_time_messages_that_come_late_or_jump() -> None:
     bench = Bench(heartbeat_timeout_s=0.0)
     bench.wall_clock = WallClock(0, synchronized=False)
-    errors, told = [], {}
+    errors, reported = [], {}
     for number in range(1, 6_000):
         t_ns = number * PERIOD
         if number % 100 == 0:
@@ -170,11 +170,11 @@ def test_time_messages_that_come_late_or_jump() -> None:
         pose = pose_of(bench, number, NOON_MS + 10 * number)
         assert pose is not None
         errors.append(pose.t_ns - number * PERIOD)
-        told[number] = pose.utc_ns - pose.t_ns
+        reported[number] = pose.utc_ns - pose.t_ns
     assert max(np.abs(errors)) < MS
     assert bench.counters["time"] == 59
-    assert all(abs(told[number] - UTC_OFFSET) < MS for number in range(100, 4_000))
-    assert abs(told[4_500] - UTC_OFFSET - 20 * NS) < MS
+    assert all(abs(reported[number] - UTC_OFFSET) < MS for number in range(100, 4_000))
+    assert abs(reported[4_500] - UTC_OFFSET - 20 * NS) < MS
     assert bench.counters["time_wild"] == 2 + clock_sync.CONFIRMATIONS
     assert bench.counters["time_jumps"] == 1
     assert bench.counters["ins_clock_jumps"] == 0

@@ -653,7 +653,7 @@ def test_wrong_keys_are_found_when_the_file_is_read(tmp_path: Path, old: str, ne
 
 
 @pytest.mark.parametrize(
-    ("told", "wanted", "factor"),
+    ("reported", "wanted", "factor"),
     [
         ("deg", "rad", math.pi / 180), ("Degrees", "rad", math.pi / 180), ("\u00b0", "deg", 1.0), ("mrad", "rad", 1e-3),
         ("m.s-1", "m/s", 1.0), ("km/h", "m/s", 1 / 3.6), ("Knots", "m/s", 0.5144444444), ("cm", "m", 0.01),
@@ -661,8 +661,8 @@ def test_wrong_keys_are_found_when_the_file_is_read(tmp_path: Path, old: str, ne
         ("", "", 1.0),
     ],
 )  # fmt: skip
-def test_units(told: str, wanted: str, factor: float) -> None:
-    assert conversion(told, wanted) == pytest.approx(factor, rel=1e-9)
+def test_units(reported: str, wanted: str, factor: float) -> None:
+    assert conversion(reported, wanted) == pytest.approx(factor, rel=1e-9)
 
 
 def test_a_dbc_as_vendors_write_them_in_windows_1252_with_blanks_and_tables(tmp_path: Path) -> None:

@@ -22,12 +22,12 @@ CLOCK_FIRST = ("CLOCK", "PLACE", "DEPTH", "TURN", "SPEED")
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> DbcSettings:
+def reported(tmp_path_factory: pytest.TempPathFactory) -> DbcSettings:
     return settings(tmp_path_factory.mktemp("dbc"), window_s=0.004)
 
 
-def changed(told: DbcSettings, **changes: object) -> DbcSettings:
-    return DbcSettings(**({name: getattr(told, name) for name in told.__struct_fields__} | changes))
+def changed(reported: DbcSettings, **changes: object) -> DbcSettings:
+    return DbcSettings(**({name: getattr(reported, name) for name in reported.__struct_fields__} | changes))
 
 
 class Run:
@@ -54,14 +54,14 @@ class Run:
         return number
 
 
-def test_frames_in_every_order_become_poses_of_one_instant(told: DbcSettings) -> None:
+def test_frames_in_every_order_become_poses_of_one_instant(reported: DbcSettings) -> None:
     for order in ORDERS:
-        assert Run(told, Manner(order), 20).numbers == list(range(9, 20)), order
+        assert Run(reported, Manner(order), 20).numbers == list(range(9, 20)), order
 
 
 @pytest.mark.parametrize("rate_hz", [10.0, 50.0, 200.0])
-def test_at_every_rate(told: DbcSettings, rate_hz: float) -> None:
-    assert Run(told, Manner(CLOCK_FIRST, rate_hz), 20).numbers == list(range(9, 20))
+def test_at_every_rate(reported: DbcSettings, rate_hz: float) -> None:
+    assert Run(reported, Manner(CLOCK_FIRST, rate_hz), 20).numbers == list(range(9, 20))
 
 
 @given(
@@ -74,19 +74,25 @@ def test_at_every_rate(told: DbcSettings, rate_hz: float) -> None:
 )
 @examples(max_examples=150, deadline=None)
 def test_jitter_delays_and_losses_cost_poses_but_mix_none(
-    told: DbcSettings, order: tuple[str, ...], rate_hz: float, jitter_ns: int, delayed: float, lost: float, seed: int
+    reported: DbcSettings,
+    order: tuple[str, ...],
+    rate_hz: float,
+    jitter_ns: int,
+    delayed: float,
+    lost: float,
+    seed: int,
 ) -> None:
-    run = Run(told, Manner(order, rate_hz, 250_000, jitter_ns, delayed, lost), 60, seed)
+    run = Run(reported, Manner(order, rate_hz, 250_000, jitter_ns, delayed, lost), 60, seed)
     if not jitter_ns and delayed < 0.05 and lost < 0.02:
         assert len(run.numbers) > 20
 
 
 @given(st.sampled_from(ORDERS), st.integers(1, 4), st.floats(0.0, 0.2), st.integers(0, 2**32 - 1))
 @examples(max_examples=60, deadline=None)
-def test_an_order_told_wrongly_gives_no_pose_and_is_said(
-    told: DbcSettings, order: tuple[str, ...], turned: int, delayed: float, seed: int
+def test_an_order_reported_wrongly_gives_no_pose_and_is_said(
+    reported: DbcSettings, order: tuple[str, ...], turned: int, delayed: float, seed: int
 ) -> None:
-    wrong = changed(told, epoch=[*order[turned:], *order[:turned]])
+    wrong = changed(reported, epoch=[*order[turned:], *order[:turned]])
     run = Run(wrong, Manner(order, delayed=delayed), 60, seed)
     assert run.numbers == []
     if not delayed:
@@ -95,34 +101,34 @@ def test_an_order_told_wrongly_gives_no_pose_and_is_said(
         )
 
 
-def test_frames_spread_evenly_are_refused_until_their_order_is_told(told: DbcSettings) -> None:
+def test_frames_spread_evenly_are_refused_until_their_order_is_reported(reported: DbcSettings) -> None:
     spread = Manner(CLOCK_FIRST, frame_ns=2 * MS - 1)
-    run = Run(told, spread)
+    run = Run(reported, spread)
     assert run.numbers == []
     assert "the bus does not show an instant's first message, as its longest silences are alike" in (run.problems[1])
-    wide = changed(told, window_s=0.0095, epoch=list(CLOCK_FIRST))
+    wide = changed(reported, window_s=0.0095, epoch=list(CLOCK_FIRST))
     assert Run(wide, spread).numbers == list(range(9, 40))
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_number_that_all_share_pairs_them_where_gaps_cannot(told: DbcSettings, seed: int) -> None:
-    counted = changed(told, window_s=0.0099, sequence=[f"{name}.COUNT" for name in IDS])
+def test_a_number_that_all_share_pairs_them_where_gaps_cannot(reported: DbcSettings, seed: int) -> None:
+    counted = changed(reported, window_s=0.0099, sequence=[f"{name}.COUNT" for name in IDS])
     order = Random(seed).sample(CLOCK_FIRST, 5)
     assert Run(counted, Manner(order, frame_ns=2 * MS - 1), 300).numbers == list(range(300))
     assert len(Run(counted, Manner(order, lost=0.1, jitter_ns=400_000), 600, seed).numbers) > 200
 
 
-def test_messages_in_changing_order_or_rate_are_told_apart(told: DbcSettings) -> None:
-    rare = Run(told, Manner((*CLOCK_FIRST, *CLOCK_FIRST[:4])))
+def test_messages_in_changing_order_or_rate_are_distinguished(reported: DbcSettings) -> None:
+    rare = Run(reported, Manner((*CLOCK_FIRST, *CLOCK_FIRST[:4])))
     assert "SPEED (0x400): more rarely than the others: " in rare.problems[1]
-    changing = Run(told, Manner((*CLOCK_FIRST, "SPEED", "TURN", "PLACE", "CLOCK", "DEPTH")))
+    changing = Run(reported, Manner((*CLOCK_FIRST, "SPEED", "TURN", "PLACE", "CLOCK", "DEPTH")))
     assert "come in changing order: nav.dbc.sequence must name" in changing.problems[1]
 
 
-def test_an_ins_that_is_set_to_another_order_while_running_is_followed(told: DbcSettings) -> None:
+def test_an_ins_that_is_set_to_another_order_while_running_is_followed(reported: DbcSettings) -> None:
     counters: Counter[str] = Counter()
     host = SourceHost(LocalFrame(57.0, 9.9), lambda *_: None, counters, 0, utc_ahead(0))
-    source = DbcSource(NavSettings(source="dbc", dbc=told), told, host)
+    source = DbcSource(NavSettings(source="dbc", dbc=reported), reported, host)
     numbers = []
     for order, numbers_now in ((CLOCK_FIRST, range(30)), ((*CLOCK_FIRST[2:], *CLOCK_FIRST[:2]), range(30, 70))):
         for sent in frames(Manner(order), 70, Random(0)):
@@ -141,6 +147,6 @@ def test_an_ins_that_is_set_to_another_order_while_running_is_followed(told: Dbc
         ({"sequence": ["CLOCK.NUMBER"]}, "nav.dbc.sequence: message CLOCK has no signal 'NUMBER'"),
     ],
 )
-def test_a_sequence_that_does_not_fit_is_one_line(told: DbcSettings, changes: dict[str, object], said: str) -> None:
+def test_a_sequence_that_does_not_fit_is_one_line(reported: DbcSettings, changes: dict[str, object], said: str) -> None:
     with pytest.raises(Exception, match=said):
-        Run(changed(told, **changes), Manner())
+        Run(changed(reported, **changes), Manner())

@@ -70,8 +70,8 @@ class Vehicle:
     def fly(self, number: int, *also: str) -> Pose | None:
         """Send one attitude, then the named messages; return the pose."""
         t_ns = number * PERIOD
-        told = [round(value * 1e4) for value in (0.0, PITCH, YAW)]
-        pose = self.take(1, struct.pack("<Hhhh", number * 10, *told), t_ns)
+        reported = [round(value * 1e4) for value in (0.0, PITCH, YAW)]
+        pose = self.take(1, struct.pack("<Hhhh", number * 10, *reported), t_ns)
         north, east, down = (round(1000 * part * t_ns / NS) for part in VELOCITY)
         data = {
             "DEPTH": (2, struct.pack("<i", down)),

@@ -26,7 +26,7 @@ CANOPEN = "[canopen]\nins_eds = 'ins.eds'\nnode_eds = 'node.eds'"
 
 
 class Owner:
-    """A link and what it told its owner."""
+    """A link and what it reported its owner."""
 
     def __init__(self, **options: str | int | float) -> None:
         self.counters: Counter[str] = Counter()
@@ -91,7 +91,7 @@ GOOD_FRAME = can.Message(arbitration_id=0x185, is_extended_id=False)
 
 
 @pytest.mark.parametrize("end", [error_frame(0x100), GOOD_FRAME], ids=["restarted", "a good frame"])
-def test_bus_off_is_told_until_it_ends(other: can.BusABC, end: can.Message) -> None:
+def test_bus_off_is_reported_until_it_ends(other: can.BusABC, end: can.Message) -> None:
     owner = Owner(interface="virtual", channel="nav-link")
     owner.link.tick()
     for message in (error_frame(0x04, "00 20"), error_frame(0x44, "00 20"), error_frame(0x40)):
@@ -109,7 +109,7 @@ def test_bus_off_is_told_until_it_ends(other: can.BusABC, end: can.Message) -> N
     owner.link.close()
 
 
-def test_error_passive_and_loneliness_are_told_while_they_last(
+def test_error_passive_and_loneliness_are_reported_while_they_last(
     other: can.BusABC, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     owner = Owner(interface="virtual", channel="nav-link", silence_s=1000.0)

@@ -54,8 +54,8 @@ def test_sentences_as_their_makers_publish_them() -> None:
     assert of(b":BS,  -123,  +1500,    +45,A") == {"u": 1.5, "v": -0.123, "w": -0.045}
     assert of(b":BE,+1000,-2000,+3000,A") == {"velocity_north": -2.0, "velocity_east": 1.0, "velocity_down": -3.0}
     assert of(b":TS,09051514304045,35.0,+21.0,  12.3,1520.0,000") == {"altitude": -12.3}
-    told = {name: math.degrees(value) for name, value in of(b":SA,+1.00, -2.00,090.0").items()}
-    assert told == pytest.approx({"pitch": 1.0, "roll": -2.0, "yaw": 90.0})
+    reported = {name: math.degrees(value) for name, value in of(b":SA,+1.00, -2.00,090.0").items()}
+    assert reported == pytest.approx({"pitch": 1.0, "roll": -2.0, "yaw": 90.0})
 
 
 def test_the_other_sentences() -> None:
@@ -390,7 +390,7 @@ VELOCITY = TURN.apply([SPEED, 0.0, 0.0])
 
 
 class Ins:
-    """Moves evenly from the site's origin, at depth 20 m; told by hand."""
+    """Moves evenly from the site's origin, at depth 20 m; reported by hand."""
 
     def __init__(self, start_ms: float = NOON_MS) -> None:
         self._start_ms = start_ms
@@ -412,8 +412,8 @@ class Ins:
     def gga(self, t_ns: int, talker: str = "IN", quality: int = 1) -> bytes:
         latitude, longitude, height = (float(x) for x in SITE.geodetic(self.place(t_ns)))
         parts = [f"{int(angle):02d}{60 * (angle % 1):012.9f}" for angle in (latitude, longitude)]
-        told = f"{talker}GGA,{self.time(t_ns)},{parts[0]},N,0{parts[1]},E,{quality},9,1.0,{height:.4f},M,0.0,M,,"
-        return summed(told)
+        reported = f"{talker}GGA,{self.time(t_ns)},{parts[0]},N,0{parts[1]},E,{quality},9,1.0,{height:.4f},M,0.0,M,,"
+        return summed(reported)
 
     def gst(self, t_ns: int) -> bytes:
         return summed(f"INGST,{self.time(t_ns)},1.0,,,,0.3,0.4,0.5")
@@ -520,8 +520,8 @@ def test_a_second_talker_that_is_silent_again_is_no_problem_any_more(caplog: pyt
         source.take(Line(ins.gga(second * NS, "IN"), second * NS))
         if second in (3, 18):
             source.take(Line(ins.gga(second * NS, "GP"), second * NS))
-        told = any("comes from the talkers GP and IN" in problem for problem in source.problems(second * NS))
-        assert told == (3 <= second <= 13 or 18 <= second <= 28), second
+        reported = any("comes from the talkers GP and IN" in problem for problem in source.problems(second * NS))
+        assert reported == (3 <= second <= 13 or 18 <= second <= 28), second
     assert counters["nmea_talkers"] == 22
     assert [record.getMessage() for record in caplog.records] == [
         "GGA comes from the talkers GP and IN: name one in nav.nmea, "
@@ -529,7 +529,7 @@ def test_a_second_talker_that_is_silent_again_is_no_problem_any_more(caplog: pyt
     ]
 
 
-def test_noise_is_told_from_silence() -> None:
+def test_noise_is_reported_from_silence() -> None:
     source, counters = source_of(USUAL)
     source.take(Line(b"\x81\x00\xff", NS))
     assert "the data received are not NMEA: are nav.nmea.port, baud, ground and polarity right?" in source.problems(NS)

@@ -104,7 +104,7 @@ def test_sentences_become_poses_and_what_is_wrong_is_said(ends: tuple[str, Write
         assert worker.service.counters["nmea_damaged"] > 10
 
 
-def test_a_line_that_never_ends_is_told_of(tmp_path: Path) -> None:
+def test_a_line_that_never_ends_is_reported_of(tmp_path: Path) -> None:
     """A broken wire, or another baud: zeros without an end."""
     master, slave = os.openpty()
     tty.setraw(slave)
@@ -153,13 +153,13 @@ def test_doctor_looks_at_the_line_and_what_comes_on_it(ends: tuple[str, Write], 
     )
     vehicle = Vehicle(write)
     vehicle.start()
-    heard = {item.subject: item for item in listen(settings, 1.5)}
+    findings = {item.subject: item for item in listen(settings, 1.5)}
     vehicle.only = Ins().pashr(0)
     missing = list(listen(settings, 1.0))
     vehicle.close()
     silent = list(listen(settings, 0.3))
-    assert {item.level for item in heard.values()} == {"good"}
-    assert "poses/s, the newest north" in heard["navigation by nmea"].text
+    assert {item.level for item in findings.values()} == {"good"}
+    assert "poses/s, the newest north" in findings["navigation by nmea"].text
     wrong = {item.subject: item.text for item in missing if item.level == "wrong"}
     assert wrong["NMEA GGA"] == "place: never came within 1 s: switch it on at the INS"
     assert wrong["navigation by nmea"].startswith("no pose for ")
@@ -182,18 +182,20 @@ def test_doctor_says_what_is_lost_or_unusable_of_what_comes(ends: tuple[str, Wri
     def gga_without_checksum(data: bytes) -> None:
         write(data.partition(b"*")[0] + b"\r\n" if b"GGA" in data else data)
 
-    told = []
+    reported = []
     for writing in (a_third_damaged, gga_without_checksum):
         vehicle = Vehicle(writing)
         vehicle.start()
-        told.append({item.subject: item for item in reversed(list(listen(settings, 1.5)))})
+        reported.append({item.subject: item for item in reversed(list(listen(settings, 1.5)))})
         vehicle.close()
-    assert told[0]["navigation by nmea"].level == "note"
-    assert re.search(r" deg: (2[5-9]|3\d|4[0-5])% of what the INS sends is lost$", told[0]["navigation by nmea"].text)
-    assert told[1]["NMEA GGA"].level == "wrong"
-    assert "Hz, without checksum, and is dropped" in told[1]["NMEA GGA"].text
-    assert told[1]["NMEA PASHR"].level == "good"
-    assert "GGA (place) comes without checksum" in told[1]["navigation by nmea"].text
+    assert reported[0]["navigation by nmea"].level == "note"
+    assert re.search(
+        r" deg: (2[5-9]|3\d|4[0-5])% of what the INS sends is lost$", reported[0]["navigation by nmea"].text
+    )
+    assert reported[1]["NMEA GGA"].level == "wrong"
+    assert "Hz, without checksum, and is dropped" in reported[1]["NMEA GGA"].text
+    assert reported[1]["NMEA PASHR"].level == "good"
+    assert "GGA (place) comes without checksum" in reported[1]["navigation by nmea"].text
 
 
 @pytest.mark.parametrize("ends", ["udp"], indirect=True)

@@ -50,13 +50,13 @@ def signal_of(bits: int, sign: str, span: str = "[0|0]", more: str = "") -> "can
 
 @given(st.integers(4, 64), st.booleans(), st.booleans())
 def test_the_highest_raw_values_of_every_width_are_none(bits: int, is_signed: bool, j1939: bool) -> None:
-    told = no_value_of(signal_of(bits, "-" if is_signed else "+"), extended=True, j1939=j1939)
+    reported = no_value_of(signal_of(bits, "-" if is_signed else "+"), extended=True, j1939=j1939)
     most = (1 << (bits - is_signed)) - 1
-    assert all(told.why(raw) for raw in (most, most - 1, most - 2))
+    assert all(reported.why(raw) for raw in (most, most - 1, most - 2))
     first = 0xFB << (bits - 8) if j1939 and not is_signed and bits % 8 == 0 else most - 2
-    assert told.why(first)
-    assert not told.why(first - 1)
-    assert not told.why(0)
+    assert reported.why(first)
+    assert not reported.why(first - 1)
+    assert not reported.why(0)
     assert not any(no_value_of(signal_of(bits, "+"), extended=False, j1939=False).why(raw) for raw in (0, most))
 
 
@@ -65,18 +65,18 @@ def test_the_highest_raw_values_of_every_width_are_none(bits: int, is_signed: bo
 )
 def test_a_name_that_says_so_makes_a_raw_value_none(name: str) -> None:
     signal = signal_of(16, "+", more=f'VAL_ {EXTENDED | 0x19F11223} YAW 4660 "{name}" 4661 "North" 4662 "standby" ;\n')
-    told = no_value_of(signal, extended=False, j1939=False)
-    assert told.why(4660) == f'"{name}"'
-    assert not told.why(4661)
-    assert not told.why(4662)
+    reported = no_value_of(signal, extended=False, j1939=False)
+    assert reported.why(4660) == f'"{name}"'
+    assert not reported.why(4661)
+    assert not reported.why(4662)
 
 
 def test_a_value_outside_of_the_dbcs_range_is_none_unless_the_range_is_not_believed() -> None:
     signal = signal_of(16, "-", "[-180|180]")
-    told = no_value_of(signal, extended=False, j1939=False)
-    assert told.why(200) == "200 rad, outside of the DBC's range"
-    assert told.why(-200)
-    assert not any(told.why(raw) for raw in (-180, -181, 0, 180, 181))  # ends are rounded
+    reported = no_value_of(signal, extended=False, j1939=False)
+    assert reported.why(200) == "200 rad, outside of the DBC's range"
+    assert reported.why(-200)
+    assert not any(reported.why(raw) for raw in (-180, -181, 0, 180, 181))  # ends are rounded
     assert not no_value_of(signal, extended=False, j1939=False, any_value=True).why(200)
 
 

@@ -104,7 +104,7 @@ def test_nmt_commands_change_its_state_and_a_reset_boots_it_again() -> None:
     assert bench.node.state == "OPERATIONAL"
 
 
-def test_it_starts_another_node_when_told() -> None:
+def test_it_starts_another_node_when_reported() -> None:
     bench = Bench()
     bench.sent.clear()
     bench.node.start_remote(5)
@@ -173,7 +173,7 @@ def test_every_object_of_the_eds_is_read_by_an_sdo_client(client: tuple[Bench, c
     bench, remote = client
     bench.counters.update(poses=70_000, pdo_short=3)
     bench.tick(NS, *Fault)
-    told: dict[tuple[int, int], Any] = {}
+    reported: dict[tuple[int, int], Any] = {}
     for entry in remote.object_dictionary.values():
         for variable in [entry] if isinstance(entry, canopen.objectdictionary.ODVariable) else entry.values():
             where = (variable.index, variable.subindex)
@@ -181,24 +181,24 @@ def test_every_object_of_the_eds_is_read_by_an_sdo_client(client: tuple[Bench, c
                 with pytest.raises(canopen.SdoAbortedError, match="0x08000024"):
                     remote.sdo.upload(*where)
             else:
-                told[where] = variable.decode_raw(remote.sdo.upload(*where))
-    assert told[0x1000, 0] == told[0x1018, 1] == 0
-    assert told[0x1001, 0] == 0x91
-    assert told[0x1003, 0] == len(Fault)
-    codes = {told[0x1003, sub] for sub in range(1, 1 + len(Fault))}
+                reported[where] = variable.decode_raw(remote.sdo.upload(*where))
+    assert reported[0x1000, 0] == reported[0x1018, 1] == 0
+    assert reported[0x1001, 0] == 0x91
+    assert reported[0x1003, 0] == len(Fault)
+    codes = {reported[0x1003, sub] for sub in range(1, 1 + len(Fault))}
     assert codes == {0x8100, 0x8130, 0x8140, 0x8210, 0xFF01, 0xFF02, 0xFF03}
-    assert (told[0x1005, 0], told[0x1006, 0]) == (0x40000080, 20_000)
-    assert told[0x1008, 0] == "ODS navigation bridge"
-    assert told[0x100A, 0] == __version__
-    assert told[0x1014, 0] == EMCY
-    assert told[0x1016, 1] == 9 << 16 | 1000
-    assert told[0x1018, 4] == 4711
-    assert (told[0x1200, 1], told[0x1200, 2]) == (REQUEST, ANSWER)
+    assert (reported[0x1005, 0], reported[0x1006, 0]) == (0x40000080, 20_000)
+    assert reported[0x1008, 0] == "ODS navigation bridge"
+    assert reported[0x100A, 0] == __version__
+    assert reported[0x1014, 0] == EMCY
+    assert reported[0x1016, 1] == 9 << 16 | 1000
+    assert reported[0x1018, 4] == 4711
+    assert (reported[0x1200, 1], reported[0x1200, 2]) == (REQUEST, ANSWER)
     counted: Any = remote.object_dictionary[0x2000]
-    names = {counted[sub].name: told[0x2000, sub] for sub in range(1, told[0x2000, 0] + 1)}
+    names = {counted[sub].name: reported[0x2000, sub] for sub in range(1, reported[0x2000, 0] + 1)}
     assert {name: count for name, count in names.items() if count} == {"poses": 70_000, "pdo_short": 3, "sync": 1}
-    assert [told[0x2001, sub] for sub in range(1, 6)] == [9, 500, 100, 1000, 0]
-    assert len(told) > 60
+    assert [reported[0x2001, sub] for sub in range(1, 6)] == [9, 500, 100, 1000, 0]
+    assert len(reported) > 60
 
 
 def test_the_eds_lists_each_object_once() -> None:
@@ -267,7 +267,7 @@ def test_nmt_commands_that_cia_301_does_not_know_change_nothing(command: int) ->
     assert bench.counters["node_frame_bad"] == 1
 
 
-def test_faults_are_told_one_by_one_and_their_end_once() -> None:
+def test_faults_are_reported_one_by_one_and_their_end_once() -> None:
     bench = Bench(emcy_inhibit_s=0.1)
     two = (Fault.HEARTBEAT_LOST, Fault.NO_POSE)
     assert bench.tick(NS) == []

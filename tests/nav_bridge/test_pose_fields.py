@@ -46,7 +46,7 @@ VALUES: dict[str, float] = {
     "sigma_roll": 0.01, "sigma_pitch": 0.02, "sigma_yaw": 0.03, "sigma_tilt": 0.04,
     "over_bottom": 20.0, "sigma_over_bottom": 0.08,
 }  # fmt: skip
-"""One vehicle, told in every way."""
+"""One vehicle, reported in every way."""
 SPREADS = {
     PLACE_SIGMAS[0]: (0.3, 0.4, 0.5), PLACE_SIGMAS[1]: (0.6, 0.6, 0.5),
     ATTITUDE_SIGMAS[0]: (0.01, 0.02, 0.03), ATTITUDE_SIGMAS[1]: (0.04, 0.04, 0.03),
@@ -107,13 +107,13 @@ def test_a_vehicle_far_east_that_heads_north_moves_as_its_pose_says(
 ) -> None:
     """Along its meridian at 2 m/s; the poses' places against their attitude and velocity."""
     bench = Bench((*place, *ATTITUDES[0], *velocity))
-    latitude, longitude, altitude = (float(told) for told in FRAME.geodetic([0.0, east_m, 10.0]))
+    latitude, longitude, altitude = (float(reported) for reported in FRAME.geodetic([0.0, east_m, 10.0]))
     degrees_a_metre = 180.0 / math.pi / (6_380_490.0 + altitude)  # by the meridian's radius of curvature there
     poses = []
     for seconds in (0.0, 1.0):
-        told = latitude + 2.0 * seconds * degrees_a_metre
-        changes = dict(zip(PLACES[0], FRAME.ned(told, longitude, altitude).tolist(), strict=True))
-        changes |= dict(zip(PLACES[1], (told, longitude, altitude), strict=True)) | {"roll": 0.0, "pitch": 0.0}
+        reported = latitude + 2.0 * seconds * degrees_a_metre
+        changes = dict(zip(PLACES[0], FRAME.ned(reported, longitude, altitude).tolist(), strict=True))
+        changes |= dict(zip(PLACES[1], (reported, longitude, altitude), strict=True)) | {"roll": 0.0, "pitch": 0.0}
         changes |= {"yaw": 0.0, "u": 2.0, "v": 0.0, "w": 0.0}
         changes |= {"velocity_north": 2.0, "velocity_east": 0.0, "velocity_down": 0.0}
         pose = bench.make(**{name: changes[name] for name in bench.fields})
@@ -208,7 +208,9 @@ def test_no_field_lets_through_what_is_no_number(fields: tuple[str, ...], bad: f
 
 
 @given(st.sampled_from([ALL_GLOBAL, ALL_LOCAL]), st.data())
-def test_whatever_is_told_a_pose_is_finite_and_within_the_limits(fields: tuple[str, ...], data: st.DataObject) -> None:
+def test_whatever_is_reported_a_pose_is_finite_and_within_the_limits(
+    fields: tuple[str, ...], data: st.DataObject
+) -> None:
     bench = Bench(fields)
     values = {name: data.draw(st.floats() | st.just(VALUES[name])) for name in fields}
     pose = bench.make(**values)

@@ -155,10 +155,10 @@ def test_the_node_is_alive_on_the_bus_and_commands_nobody_unasked(
         stack.callback(far.shutdown)
         stack.enter_context(nav_process(run_dir, CanSettings(interface="virtual", channel="nav-alive")))
         far.send(can.Message(arbitration_id=0x705, data=b"\x7f", is_extended_id=False))
-        heard: list[tuple[int, bytes]] = []
-        while len(heard) < 3:
+        received: list[tuple[int, bytes]] = []
+        while len(received) < 3:
             message = far.recv(5.0)
             assert message is not None
             if message.arbitration_id != 0x0A0:  # the emergency that there is no pose
-                heard.append((message.arbitration_id, bytes(message.data)))
-        assert heard == [(0x720, b"\x00"), (0x720, b"\x05"), (0x720, b"\x05")]
+                received.append((message.arbitration_id, bytes(message.data)))
+        assert received == [(0x720, b"\x00"), (0x720, b"\x05"), (0x720, b"\x05")]

@@ -25,7 +25,7 @@ TOLD = {
 
 
 @pytest.mark.parametrize("name", TOLD)
-def test_a_cause_makes_no_false_obstacle_hides_no_body_and_is_told(name: str) -> None:
+def test_a_cause_makes_no_false_obstacle_hides_no_body_and_is_reported(name: str) -> None:
     (cause,) = (each for each in CAUSES if each.name == name)
     result = judged(cause._replace(seconds=10.0))
     assert (result.false, result.seen, result.valid) == (0, 1.0, 1.0)
@@ -36,11 +36,11 @@ def test_an_image_that_stands_still_is_a_caution_of_the_list() -> None:
     (cause,) = (each for each in CAUSES if each.name.endswith("at rest"))
     assert "the image stands still, for s" in judged(cause._replace(seconds=13.0)).said
     fields: dict[str, Any] = dict.fromkeys(("seq", "ping_number", "t_ns", "utc_ns", "t_rx_ns"), 0)
-    told = ObstacleList(**fields, valid=True, reasons=[], obstacles=[], caution="the image stands still, for 3.2 s")
-    assert cautions(told) == ["the image stands still, for 3.2 s"]
+    reported = ObstacleList(**fields, valid=True, reasons=[], obstacles=[], caution="the image stands still, for 3.2 s")
+    assert cautions(reported) == ["the image stands still, for 3.2 s"]
 
 
-def test_without_a_cause_nothing_is_told() -> None:
+def test_without_a_cause_nothing_is_reported() -> None:
     assert not judged(Cause("nothing", {}, seconds=10.0)).said
 
 

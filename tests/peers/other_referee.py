@@ -98,19 +98,19 @@ class _Referee:
         self._judge({})  # what an iteration said has come before what the next one says
         return Judged(*(self._said.get(kind, {}) for kind in ("ENCOUNTER", "NEAR_MISS", "COLLISION")))
 
-    def _judge(self, told: dict[str, list[str]]) -> None:
+    def _judge(self, reported: dict[str, list[str]]) -> None:
         """Tell it something and wait until an iteration has followed."""
         first_m, deadline_s = self._beacon_m, time.monotonic() + PATIENCE_S
-        while not self._heard(first_m):
+        while not self._received(first_m):
             assert time.monotonic() < deadline_s, "uFldCollObDetect does not answer"
-            for key, values in told.items():
+            for key, values in reported.items():
                 for value in values:
                     say(self._peer, self._into, key, value)
             say(self._peer, self._into, "NODE_REPORT", _report("beacon", BEACON_X_M + self._beacon_m, 0.0, 0.0))
             self._beacon_m -= HAIR_M
             select.select([self._peer], [], [], AGAIN_S)
 
-    def _heard(self, first_m: float) -> bool:
+    def _received(self, first_m: float) -> bool:
         """Take what has come; return whether the beacon was seen at that distance or nearer."""
         seen = False
         for message in map(moos_datagrams.read, drained(self._peer)):

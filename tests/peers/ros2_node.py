@@ -24,16 +24,20 @@ def main() -> None:
     node = rclpy.create_node("planner")
     hashed = set()
 
-    def hear(topic: str, message: Any) -> None:
+    def receive(topic: str, message: Any) -> None:
         header = message.markers[0].header if topic == "/ods/markers" else message.header
-        told = {"topic": topic, "frame": header.frame_id, "stamp_ns": header.stamp.sec * 10**9 + header.stamp.nanosec}
+        reported = {
+            "topic": topic,
+            "frame": header.frame_id,
+            "stamp_ns": header.stamp.sec * 10**9 + header.stamp.nanosec,
+        }
         if topic == "/ods/markers":
-            told["enu"] = [[m.pose.position.x, m.pose.position.y, m.pose.position.z] for m in message.markers[1:]]
+            reported["enu"] = [[m.pose.position.x, m.pose.position.y, m.pose.position.z] for m in message.markers[1:]]
         if topic == "/ods/clearance":
-            told["points"] = message.width
+            reported["points"] = message.width
         if topic == "/diagnostics":
-            told["level"] = message.status[0].level[0]
-        print(json.dumps(told), flush=True)
+            reported["level"] = message.status[0].level[0]
+        print(json.dumps(reported), flush=True)
         if topic not in hashed:
             hashed.add(topic)
             theirs = [str(each.topic_type_hash) for each in node.get_publishers_info_by_topic(topic)]
@@ -41,7 +45,7 @@ def main() -> None:
             print(json.dumps({"topic": "hashes", "of": topic, "theirs": theirs, "own": own}), flush=True)
 
     for topic, kind in TOPICS.items():
-        node.create_subscription(kind, topic, lambda message, topic=topic: hear(topic, message), 10)
+        node.create_subscription(kind, topic, lambda message, topic=topic: receive(topic, message), 10)
     print(json.dumps({"ready": True}), flush=True)
     rclpy.spin(node)
 

@@ -1,4 +1,4 @@
-"""Stock nodes of ROS 2 Jazzy and Kilted hear the bridge: all of it, at 7 lists a second. `make test-peers`."""
+"""Stock nodes of ROS 2 Jazzy and Kilted receive the bridge: all of it, at 7 lists a second. `make test-peers`."""
 
 import os
 import sys
@@ -38,12 +38,12 @@ def test_a_stock_node_hears_every_list(generation: str) -> None:
                 running.publish()
                 time.sleep(1.0 / LISTS_HZ)
             time.sleep(1.0)
-            heard = {topic: len(node.of(topic)) - before[topic] for topic in OF_A_LIST}
-            print(f"{generation}: of {LISTS} lists {heard}", file=sys.stderr)
-            assert heard == dict.fromkeys(OF_A_LIST, LISTS)
-            told = node.of("/ods/markers")[-1]
-            assert told["frame"] == "map"
-            assert told["enu"][0] == [50.0, 100.0, -5.0]
+            received = {topic: len(node.of(topic)) - before[topic] for topic in OF_A_LIST}
+            print(f"{generation}: of {LISTS} lists {received}", file=sys.stderr)
+            assert received == dict.fromkeys(OF_A_LIST, LISTS)
+            reported = node.of("/ods/markers")[-1]
+            assert reported["frame"] == "map"
+            assert reported["enu"][0] == [50.0, 100.0, -5.0]
             assert node.of("/ods/clearance")[-1]["points"] == 72
             hashes = node.of("hashes")
             assert len(hashes) == len(OF_A_LIST) + 1

@@ -46,7 +46,7 @@ def speckle(rng: np.random.Generator, mean_intensity: Floats) -> Floats:
 
 
 def body_echo(shape: str, radius: float, range_m: float, bearing: float, beams: Floats, samples: int) -> Floats:
-    """Mean intensity of a body, at most 1, (len(beams), samples) at 5 cm, heard by Gaussian beams as wide as spaced.
+    """Mean intensity of a body, at most 1, (len(beams), samples) at 5 cm, received by Gaussian beams as wide as spaced.
 
     "disc": filled circle; "half": its near half; "wall": a line across, as long as the diameter.
     """

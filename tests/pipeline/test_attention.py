@@ -46,7 +46,7 @@ def test_each_body_is_found_when_its_ring_has_its_turn() -> None:
                 assert far[0] == pytest.approx((range_m, bearing), abs=0.8)
 
 
-def test_what_was_looked_at_is_told() -> None:
+def test_what_was_looked_at_is_reported() -> None:
     chain = attentive(near_m=25.0, every=3)
     ping = make_ping(frame(), scale="log8", scale_factor=40.0)
     processed = [chain.process(ping).processed_ranges_m for _ in range(3)]

@@ -1,4 +1,4 @@
-"""Pulses that are buried in noise: heard at the places of their train, and not beside a body that moves as they do."""
+"""Pulses that are buried in noise: found at the places of their train, and not beside a body that moves as they do."""
 
 import numpy as np
 import pytest
@@ -12,8 +12,8 @@ PULSE_M = 0.375
 
 
 def images(arrivals_s: Floats, level: float, seed: int, texture: Floats | None = None) -> BuriedPulses:
-    """Return eight pings of noise of 1 count in which a middle beam hears sounds of this level at these times, s."""
-    rng, heard = np.random.default_rng(seed), BuriedPulses()
+    """Return eight pings of noise of 1 count in which a middle beam receives sounds of this level at these times, s."""
+    rng, received = np.random.default_rng(seed), BuriedPulses()
     ranges = np.arange(SAMPLES) * DR_M
     for number in range(8):
         sent_s = number * PING_S
@@ -22,8 +22,8 @@ def images(arrivals_s: Floats, level: float, seed: int, texture: Floats | None =
             near_m = 0.5 * SOUND_SPEED * (late_s - sent_s)
             power[BEAMS // 2, (ranges >= near_m) & (ranges < near_m + PULSE_M)] += level**2
         frame: AnyArray = (100.0 * np.sqrt(rng.exponential(power))).astype(np.uint16)
-        heard.add(make_ping(frame, t_ns=round(sent_s * 1e9), dr_m=DR_M, sound_speed=SOUND_SPEED), frame, sent_s)
-    return heard
+        received.add(make_ping(frame, t_ns=round(sent_s * 1e9), dr_m=DR_M, sound_speed=SOUND_SPEED), frame, sent_s)
+    return received
 
 
 def line(period_s: float, at_s: float) -> Floats:
@@ -32,12 +32,12 @@ def line(period_s: float, at_s: float) -> Floats:
 
 
 @pytest.mark.parametrize(("count", "level"), [(2, 3.0), (3, 2.0), (4, 2.0), (7, 2.0)])
-def test_as_many_pulses_are_heard_as_there_are_of_which_none_is_an_echo(count: int, level: float) -> None:
+def test_as_many_pulses_are_received_as_there_are_of_which_none_is_an_echo(count: int, level: float) -> None:
     period_s = PING_S * 1.006 / count
     for seed in range(5):
-        heard = images(0.01 + period_s * np.arange(100, dtype=np.float64), level, seed)
-        assert heard.a_period(line(period_s * count, 0.01)) == count
-        assert heard.are_heard(line(period_s, 0.01))
+        received = images(0.01 + period_s * np.arange(100, dtype=np.float64), level, seed)
+        assert received.a_period(line(period_s * count, 0.01)) == count
+        assert received.are_received(line(period_s, 0.01))
 
 
 @pytest.mark.parametrize("level", [0.0, 3.0, 30.0])
@@ -46,8 +46,8 @@ def test_a_body_alone_has_no_others_however_loud(level: float, pings: int) -> No
     """Nor if only each second of its echoes was found, as the others are at places of that train."""
     period_s = PING_S * 0.994
     for seed in range(20):
-        heard = images(0.07 + period_s * np.arange(20, dtype=np.float64), level, seed)
-        assert heard.a_period(line(pings * period_s, 0.07)) == 0
+        received = images(0.07 + period_s * np.arange(20, dtype=np.float64), level, seed)
+        assert received.a_period(line(pings * period_s, 0.07)) == 0
 
 
 def test_bright_places_that_stay_are_no_pulses() -> None:
@@ -57,7 +57,7 @@ def test_bright_places_that_stay_are_no_pulses() -> None:
 
 
 def test_images_that_cannot_be_compared_are_left_out() -> None:
-    heard = images(0.01 + PING_S * 1.006 / 4 * np.arange(100, dtype=np.float64), 2.0, 1)
+    received = images(0.01 + PING_S * 1.006 / 4 * np.arange(100, dtype=np.float64), 2.0, 1)
     frame = np.ones((BEAMS, SAMPLES), np.uint16)
-    heard.add(make_ping(frame, t_ns=2 * 10**9, dr_m=2.0 * DR_M, sound_speed=SOUND_SPEED), frame, 2.0)
-    assert heard.a_period(line(PING_S * 1.006, 0.01)) == 0
+    received.add(make_ping(frame, t_ns=2 * 10**9, dr_m=2.0 * DR_M, sound_speed=SOUND_SPEED), frame, 2.0)
+    assert received.a_period(line(PING_S * 1.006, 0.01)) == 0

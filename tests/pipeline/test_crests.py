@@ -174,7 +174,7 @@ def test_faint_echoes_are_not_marked() -> None:
     assert set(np.unique(mask)) == {0, *range(1, len(found.detections) + 1)}
 
 
-def test_echoes_are_heard_from_the_level_that_is_told() -> None:
+def test_echoes_are_detected_from_the_level_that_is_reported() -> None:
     chain, rng = Chain(PipelineSettings()), np.random.default_rng(5)
     intensity = np.ones((60, 2000))
     for k in range(40):  # bodies from 0 to 20 dB
@@ -187,15 +187,15 @@ def test_echoes_are_heard_from_the_level_that_is_told() -> None:
     assert found.heard_from_db < min(peaks_db) < found.heard_from_db + 1.0
 
 
-def test_crests_of_the_background_raise_the_level_from_which_echoes_are_heard() -> None:
+def test_crests_of_the_background_raise_the_level_from_which_echoes_are_detected() -> None:
     rng = np.random.default_rng(6)
     smooth, rough = np.ones((60, 2000)), rng.gamma(0.5, 2.0, (60, 2000))
     levels: list[float] = []
     for intensity in (smooth, rough, 100.0 * rough):
         frame = 30.0 * np.sqrt(intensity * rng.standard_exponential((60, 2000)))
-        told = Chain(PipelineSettings()).process(make_ping(frame.astype(np.float32))).heard_from_db
-        assert told is not None
-        levels.append(told)
+        reported = Chain(PipelineSettings()).process(make_ping(frame.astype(np.float32))).heard_from_db
+        assert reported is not None
+        levels.append(reported)
     assert levels[0] == pytest.approx(7.0, abs=1.0)
     assert levels[0] + 3.0 < levels[1]
     assert levels[2] == pytest.approx(levels[1], abs=0.5)  # it is a ratio
@@ -210,6 +210,6 @@ def test_an_image_of_nothing_tells_no_level() -> None:
 def test_levels_far_from_the_background_make_no_message_that_nobody_can_read(high: float, told_db: float) -> None:
     stages = ({"use": "filter.box"}, {"use": "detect.two_level", "levels": "absolute", "high": high, "low": high})
     frame = speckle(np.random.default_rng(8), np.ones((60, 2000))).astype(np.float32)
-    told = Chain(PipelineSettings(stage=stages)).process(make_ping(frame))
-    assert told.heard_from_db == told_db
-    assert msgspec.msgpack.decode(msgspec.msgpack.encode(told), type=Detections) == told
+    reported = Chain(PipelineSettings(stage=stages)).process(make_ping(frame))
+    assert reported.heard_from_db == told_db
+    assert msgspec.msgpack.decode(msgspec.msgpack.encode(reported), type=Detections) == reported

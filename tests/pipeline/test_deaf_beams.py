@@ -1,4 +1,4 @@
-"""Beams that say nothing: they are told, and nothing else suffers."""
+"""Beams that say nothing: they are reported, and nothing else suffers."""
 
 import numpy as np
 import pytest
@@ -68,7 +68,7 @@ def test_a_body_or_a_wall_at_full_scale_is_no_saturated_beam() -> None:
 
 
 @pytest.mark.parametrize("level_db", [56.0, 66.0])
-def test_a_source_without_end_is_told_at_the_first_ping_with_what_its_side_lobes_fill(level_db: float) -> None:
+def test_a_source_without_end_is_reported_at_the_first_ping_with_what_its_side_lobes_fill(level_db: float) -> None:
     level = scene_db()
     for beam, down_db in ((SPOKE, 0.0), (SPOKE + 1, 22.0), (SPOKE - 1, 22.0)):
         level[beam] = add(level[beam], level_db - down_db)
@@ -79,7 +79,7 @@ def test_a_source_without_end_is_told_at_the_first_ping_with_what_its_side_lobes
         assert not any(codes[: SPOKE - 2] + codes[SPOKE + 3 :])
 
 
-def test_a_source_that_begins_in_open_water_is_told_at_once_and_until_it_ends() -> None:
+def test_a_source_that_begins_in_open_water_is_reported_at_once_and_until_it_ends() -> None:
     sonar, quiet = Sonar(), np.full((BEAMS, SAMPLES), QUIET_DB)
     for _ in range(30):
         assert not any(sonar.see(quiet))

@@ -156,7 +156,7 @@ def share_of(shape: Callable[[Floats, Floats], Floats], over_db: float, least: f
     return count / 60.0
 
 
-def test_what_sets_in_as_a_body_does_is_told_and_a_crest_is_not() -> None:
+def test_what_sets_in_as_a_body_does_is_reported_and_a_crest_is_not() -> None:
     """Drawn without the simulator, over a bed of patches."""
     assert share_of(body, 22.0, 0.5) > 0.9
     assert share_of(crest, 18.0, 0.5) < 0.1

@@ -1,4 +1,4 @@
-"""Stages that compare pings are told where the sonar's head was, not where the vehicle was."""
+"""Stages that compare pings know where the sonar's head was, not where the vehicle was."""
 
 from collections import Counter
 from types import SimpleNamespace

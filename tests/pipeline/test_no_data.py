@@ -53,7 +53,7 @@ def counts_of(rng: np.random.Generator, lost: Mask, intensity: Floats | float = 
     return np.where(lost, 0, np.minimum(amplitude, 255.0)).astype(np.uint8)
 
 
-def told(counts: Bytes, lost: Mask, number: int = 0) -> Ping:
+def reported(counts: Bytes, lost: Mask, number: int = 0) -> Ping:
     return make_ping(counts, no_data=runs_where(lost), seq=number)
 
 
@@ -111,7 +111,7 @@ def test_objects_where_data_are_are_found_in_their_places_and_those_in_gaps_are_
     for number in range(4):
         lost = lose(rng)
         counts = counts_of(rng, lost & False, intensity)  # an echo there is, but the decoder says: no data
-        ping, marks = told(counts, lost, number), np.zeros(SHAPE, np.int32)
+        ping, marks = reported(counts, lost, number), np.zeros(SHAPE, np.int32)
         detections = chain.process(ping, marks).detections
         assert not marks[lost & (marks > 0)].any() or lose is scattered
         for range_m, bearing in places:
@@ -139,7 +139,7 @@ def test_a_body_behind_a_dead_beam_is_one_body_in_its_place(
         intensity = 1.0 + 60.0 * body_echo(shape, radius, range_m, bearing, BEARINGS, SAMPLES)
         counts = counts_of(rng, lost, intensity)
         found = near(
-            chain.process(told(counts, lost, number) if tell else make_ping(counts)).detections, range_m, bearing
+            chain.process(reported(counts, lost, number) if tell else make_ping(counts)).detections, range_m, bearing
         )
         assert len(found) == 1
         assert not found[0].cut
@@ -154,7 +154,7 @@ def test_a_body_of_which_dead_beams_hide_a_part_is_cut_off(first: int, stop: int
     lost = np.zeros(SHAPE, np.bool_)
     lost[first:stop] = True
     intensity = 1.0 + 60.0 * body_echo("half", 3.0, 30.0, 0.0, BEARINGS, SAMPLES)
-    found = near(chain.process(told(counts_of(rng, lost, intensity), lost)).detections, 30.0, 0.0)
+    found = near(chain.process(reported(counts_of(rng, lost, intensity), lost)).detections, 30.0, 0.0)
     assert found
     assert all(echo.cut and echo.sigma_bearing_rad * 30.0 > 4.0 for echo in found)
 
@@ -205,7 +205,7 @@ def test_what_the_samples_tell_of_gaps_is_what_was_lost() -> None:
 
 
 def test_levels_that_fall_to_nothing_are_data() -> None:
-    """A sonar without TVG: far samples are 0 because nothing is heard any more, in one beam a little earlier."""
+    """A sonar without TVG: far samples are 0 because nothing is received any more, in one beam a little earlier."""
     rng = np.random.default_rng(4)
     counts = np.minimum(3e4 / (COLUMN + 50.0) ** 1.7 * np.sqrt(rng.exponential(size=SHAPE)), 255.0).astype(np.uint8)
     assert (counts[:, -500:] == 0).all()

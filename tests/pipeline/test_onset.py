@@ -55,15 +55,15 @@ def test_what_comes_behind_the_highest_level_says_nothing() -> None:
 @settings(max_examples=40)
 @given(st.lists(st.floats(0.0, 1e6, width=32), min_size=2, max_size=60))
 def test_it_is_finite_and_never_negative_whatever_the_levels(levels: list[float]) -> None:
-    told = onset(np.array([1.0, *levels, 2e6]), speckle(1.2))
-    assert math.isfinite(told)
-    assert told >= 0.0
+    reported = onset(np.array([1.0, *levels, 2e6]), speckle(1.2))
+    assert math.isfinite(reported)
+    assert reported >= 0.0
 
 
 @pytest.mark.parametrize(
     "image", [np.ones((60, 1200), np.float32), 10.0 * speckle(1.0)], ids=["without speckle", "all of it an echo"]
 )
-def test_without_speckle_no_onset_is_told(image: Image) -> None:
+def test_without_speckle_no_onset_is_reported(image: Image) -> None:
     assert onset(peak(3.0), image) == 0.0
 
 
@@ -73,5 +73,5 @@ def test_a_few_columns_of_speckle_are_too_few() -> None:
     assert measured(image, [(BEAM, 10, 90)]).echoes["onset"] == 0.0
 
 
-def test_where_data_begin_later_it_is_not_told() -> None:
+def test_where_data_begin_later_it_is_not_reported() -> None:
     assert onset(np.array([0.0, 20.0, 18.0]), speckle(1.2)) == 0.0

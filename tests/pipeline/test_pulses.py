@@ -1,4 +1,4 @@
-"""Another sonar's pulses: told by their period from bodies, still, moving and flickering."""
+"""Another sonar's pulses: reported by their period from bodies, still, moving and flickering."""
 
 import math
 from collections.abc import Iterable
@@ -42,35 +42,35 @@ def watch(pings: Iterable[tuple[float, list[Detection]]]) -> list[Pulses]:
 
 
 @pytest.mark.parametrize("period_s", [0.0371, 0.06, 0.1, 0.11])
-def test_pulses_are_told_within_a_second_and_bodies_beside_them_stay(period_s: float) -> None:
+def test_pulses_are_reported_within_a_second_and_bodies_beside_them_stay(period_s: float) -> None:
     pings = []
     for number in range(60):
         t_s = number * PERIOD_S
         bodies = [echo(60.0 - t_s), echo(35.0 - 0.3 * t_s, -8.0)]
         pings.append((t_s, [*bodies, *pulses_at(t_s, period_s)]))
-    for (t_s, echoes), told in list(zip(pings, watch(pings), strict=True)):
-        assert not told.of_echoes[1]
+    for (t_s, echoes), reported in list(zip(pings, watch(pings), strict=True)):
+        assert not reported.of_echoes[1]
         if t_s > 1.0:
-            assert sum(told.of_echoes[2:]) >= len(echoes) - 3
-            assert (told.why != "") == bool(told.of_echoes.any())
-            assert len(told.parts) == sum(told.of_echoes)
-    assert f"{1e3 * period_s:.1f} ms" in told.why or not told.why
+            assert sum(reported.of_echoes[2:]) >= len(echoes) - 3
+            assert (reported.why != "") == bool(reported.of_echoes.any())
+            assert len(reported.parts) == sum(reported.of_echoes)
+    assert f"{1e3 * period_s:.1f} ms" in reported.why or not reported.why
 
 
 def test_two_trains_are_two_trains() -> None:
     times = [number * PERIOD_S for number in range(40)]
     pings = [(t_s, [*pulses_at(t_s, 0.0371), *pulses_at(t_s, 0.1, -20.0)]) for t_s in times]
-    told = watch(pings)
-    assert all(all(pulses.of_echoes) for pulses in told[12:])
-    assert "37.1 ms" in told[-1].why
-    assert "100.0 ms" in told[-1].why
+    reported = watch(pings)
+    assert all(all(pulses.of_echoes) for pulses in reported[12:])
+    assert "37.1 ms" in reported[-1].why
+    assert "100.0 ms" in reported[-1].why
 
 
 @pytest.mark.parametrize("speed_mps", [0.0, -1.0, 3.0, -8.0, 12.0])
 def test_a_body_is_no_train_however_it_moves(speed_mps: float) -> None:
     times = [number * PERIOD_S for number in range(60)]
     pings = [(t_s, [echo(r)] if 1.0 < (r := 50.0 + speed_mps * (t_s - 4.0)) < RANGE_M else []) for t_s in times]
-    assert not any(told.why for told in watch(pings))
+    assert not any(reported.why for reported in watch(pings))
 
 
 def test_bodies_that_flicker_are_no_train() -> None:
@@ -85,20 +85,20 @@ def test_bodies_that_flicker_are_no_train() -> None:
             seen[:3] = number % 4 == np.arange(3)
             ranges = places[seen] - 1.5 * t_s
             pings.append((t_s, [echo(r) for r in [*ranges, *(ranges[:2] + 0.5)] if 1.0 < r < RANGE_M]))
-        assert not any(told.why for told in watch(pings))
+        assert not any(reported.why for reported in watch(pings))
 
 
-def test_pulses_at_nearly_our_own_period_are_told_once_that_changes() -> None:
+def test_pulses_at_nearly_our_own_period_are_reported_once_that_changes() -> None:
     """Once a ping and on a line is what a body does; with another range set, and so another period, it is not."""
     times = np.cumsum([PERIOD_S] * 60 + [0.125] * 30).tolist()
-    told = watch([(t_s, pulses_at(t_s, 0.149)) for t_s in times])
-    assert not any(pulses.why for pulses in told[:60])
-    assert all(pulses.why or not pulses.of_echoes.size for pulses in told[70:])
+    reported = watch([(t_s, pulses_at(t_s, 0.149)) for t_s in times])
+    assert not any(pulses.why for pulses in reported[:60])
+    assert all(pulses.why or not pulses.of_echoes.size for pulses in reported[70:])
 
 
 def test_a_pause_and_a_clock_that_goes_back_begin_anew() -> None:
     times = [number * PERIOD_S for number in range(20)]
-    told = watch([(t_s, pulses_at(t_s, 0.1)) for t_s in [*times, *times, *(t_s + 100.0 for t_s in times)]])
+    reported = watch([(t_s, pulses_at(t_s, 0.1)) for t_s in [*times, *times, *(t_s + 100.0 for t_s in times)]])
     for begin in (0, 20, 40):
-        assert not told[begin].why
-        assert told[begin + 18].why
+        assert not reported[begin].why
+        assert reported[begin + 18].why

@@ -60,25 +60,25 @@ def test_images_in_turn_are_refused_within_two_seconds(turn: int) -> None:
     sonar, images = Sonar(), [image() for _ in range(turn)]
     for data in images:
         assert sonar.show(data) == ""
-    told = [sonar.refusal(changed(images[number % turn], number)) for number in range(30)]
-    assert all("the sonar hangs" in each for each in told[round(2.0 / PERIOD_S) :])
+    reported = [sonar.refusal(changed(images[number % turn], number)) for number in range(30)]
+    assert all("the sonar hangs" in each for each in reported[round(2.0 / PERIOD_S) :])
     assert sonar.show(image()) == ""
 
 
 def test_a_slow_or_turning_vehicle_is_waited_for() -> None:
     sonar, data = Sonar(speed_mps=0.1), image()
-    told = [sonar.show(changed(data, number)) for number in range(66)]
-    assert told[30].startswith("the image stands still, for")
+    reported = [sonar.show(changed(data, number)) for number in range(66)]
+    assert reported[30].startswith("the image stands still, for")
     assert "moved by 1.0 m" in next(filter(None, (sonar.refusal(changed(data, number)) for number in range(10))))
     turning = Sonar(speed_mps=0.0, turn_rps=math.radians(5.0))
     assert "turned by 5 deg" in next(filter(None, (turning.refusal(changed(data, number)) for number in range(10))))
 
 
-def test_at_rest_an_image_that_stands_still_is_told_and_taken() -> None:
+def test_at_rest_an_image_that_stands_still_is_reported_and_taken() -> None:
     sonar, data = Sonar(speed_mps=0.0), image()
-    told = [sonar.show(changed(data, number)) for number in range(100)]
-    assert told[:6] == [""] * 6
-    assert told[-1] == "the image stands still, for 14.8 s"
+    reported = [sonar.show(changed(data, number)) for number in range(100)]
+    assert reported[:6] == [""] * 6
+    assert reported[-1] == "the image stands still, for 14.8 s"
     assert sonar.show(image()) == ""
 
 

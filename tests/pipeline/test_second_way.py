@@ -21,7 +21,7 @@ HEARD_FROM_DB = 5.0
 BODIES = [(30.0, -20.0, 24.0), (55.0, 3.0, 26.0), (70.0, 25.0, 22.0)]
 
 
-def told(longer_m: list[float], bodies: list[tuple[float, float, float]] = BODIES) -> list[list[float]]:
+def reported(longer_m: list[float], bodies: list[tuple[float, float, float]] = BODIES) -> list[list[float]]:
     rng, ways = np.random.default_rng(2), SecondWays()
     lists = []
     for number in range(20):
@@ -34,31 +34,31 @@ def told(longer_m: list[float], bodies: list[tuple[float, float, float]] = BODIE
 
 
 @pytest.mark.parametrize("longer_m", [3.0, 6.1, 17.3])
-def test_a_way_is_told_within_a_second_and_how_long_it_is(longer_m: float) -> None:
-    for ways in told([longer_m])[7:]:
+def test_a_way_is_reported_within_a_second_and_how_long_it_is(longer_m: float) -> None:
+    for ways in reported([longer_m])[7:]:
         assert ways == pytest.approx([longer_m], abs=0.25)
 
 
 def test_bodies_behind_bodies_are_none() -> None:
     """One behind another; a row of equals; and pairs that are not equally far apart."""
-    assert not any(told([], [*BODIES, (36.0, -20.0, 12.0)]))
-    assert not any(told([], [(20.0 + 6.0 * k, 5.0, 24.0) for k in range(6)]))
-    assert not any(told([], [*BODIES, (36.0, -20.0, 12.0), (65.0, 3.0, 13.0), (74.0, 25.0, 10.0)]))
+    assert not any(reported([], [*BODIES, (36.0, -20.0, 12.0)]))
+    assert not any(reported([], [(20.0 + 6.0 * k, 5.0, 24.0) for k in range(6)]))
+    assert not any(reported([], [*BODIES, (36.0, -20.0, 12.0), (65.0, 3.0, 13.0), (74.0, 25.0, 10.0)]))
 
 
-def test_the_way_of_one_body_is_not_told() -> None:
-    assert not any(told([6.0], BODIES[:1]))
+def test_the_way_of_one_body_is_not_reported() -> None:
+    assert not any(reported([6.0], BODIES[:1]))
 
 
 def seen(bodies: list[tuple[float, float, float]], pings: range, ways: SecondWays, from_db: float) -> list[float]:
-    """Return what is told after pings that show bodies and of each loud enough its echo, 6 m behind."""
-    rng, told = np.random.default_rng(3), []
+    """Return what is reported after pings that show bodies and of each loud enough its echo, 6 m behind."""
+    rng, reported = np.random.default_rng(3), []
     for number in pings:
         echoes = [echo(r, b, s, rng) for r, b, s in bodies]
         behind = [echo(r + 6.0, b, s - 12.0, rng) for r, b, s in bodies if s - 12.0 > from_db]
         ping = make_ping(np.ones((2, 2000), np.uint8), t_ns=number * 150_000_000)
-        told = ways.of(ping, echo_table(echoes), echo_table(behind), from_db)
-    return told
+        reported = ways.of(ping, echo_table(echoes), echo_table(behind), from_db)
+    return reported
 
 
 def test_bodies_whose_echo_is_too_faint_say_nothing_against_a_way() -> None:
@@ -90,12 +90,12 @@ def test_two_of_many_bodies_with_another_as_far_behind_by_chance_are_no_way() ->
         assert not ways.of(ping, bodies, others, 15.0)
 
 
-def test_a_way_among_many_bodies_is_told() -> None:
+def test_a_way_among_many_bodies_is_reported() -> None:
     rng = np.random.default_rng(4)
     field = [(float(rng.uniform(15, 90)), float(rng.uniform(-40, 40)), float(rng.uniform(20, 27))) for _ in range(10)]
-    assert told([6.0], field)[-1] == pytest.approx([6.0], abs=0.25)
+    assert reported([6.0], field)[-1] == pytest.approx([6.0], abs=0.25)
 
 
 def test_one_body_in_several_planes_is_no_way() -> None:
     planes = [(r + behind, b, s - behind * 10.0) for r, b, s in BODIES for behind in (0.0, 0.6, 0.8)]
-    assert not any(told([], planes))
+    assert not any(reported([], planes))

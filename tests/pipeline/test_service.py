@@ -127,7 +127,7 @@ def test_a_process_that_learns_from_speckle_is_not_taken_for_hung(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It learns at each other range: for 4 s, of 1024 x 4000 samples, and was killed after 3."""
-    told: list[str] = []
+    reported: list[str] = []
     with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
         listener.bind(f"{folder}/notify")
         listener.settimeout(PATIENCE_S)
@@ -136,9 +136,9 @@ def test_a_process_that_learns_from_speckle_is_not_taken_for_hung(
             process.wait(lambda: process.health)
             process.sonar.publish("ping", make_ping(np.random.default_rng(0).integers(0, 255, (60, 1000), np.uint8)))
             deadline = time.monotonic() + PATIENCE_S
-            while "WATCHDOG=1" not in told:  # and no STATUS, as from the work loop
-                assert time.monotonic() < deadline, told
-                told.append(listener.recv(4096).decode())
+            while "WATCHDOG=1" not in reported:  # and no STATUS, as from the work loop
+                assert time.monotonic() < deadline, reported
+                reported.append(listener.recv(4096).decode())
 
 
 def test_a_sonar_that_repeats_one_image_under_way_is_not_believed(process: Process) -> None:
@@ -160,9 +160,9 @@ def test_a_sonar_that_repeats_one_image_under_way_is_not_believed(process: Proce
         send(0.0)
     process.receive()
     assert process.counter("bad_ping") == 0
-    told = "although the vehicle has moved by 1.5 m and turned by 0 deg: the sonar hangs"
+    reported = "although the vehicle has moved by 1.5 m and turned by 0 deg: the sonar hangs"
     deadline = time.monotonic() + PATIENCE_S
-    while not (process.health and any(told in problem for problem in process.health.problems)):
+    while not (process.health and any(reported in problem for problem in process.health.problems)):
         assert time.monotonic() < deadline, process.health
         send(1.5)
     assert process.counter("bad_ping") > 0
@@ -172,7 +172,7 @@ def test_a_sonar_that_repeats_one_image_under_way_is_not_believed(process: Proce
     process.wait(lambda: process.health is not None and not process.health.problems, other)
 
 
-def test_an_image_that_shows_nothing_is_told_by_sight_however_often_it_comes(process: Process) -> None:
+def test_an_image_that_shows_nothing_is_reported_by_sight_however_often_it_comes(process: Process) -> None:
     zero = (0.0, 0.0, 0.0)
     dark = make_ping(np.zeros((60, 1000), np.uint8))
     for number in range(20):
@@ -182,7 +182,7 @@ def test_an_image_that_shows_nothing_is_told_by_sight_however_often_it_comes(pro
     assert process.counter("bad_ping") == 0
 
 
-def test_decibels_told_as_amplitudes_are_refused_and_health_says_why(process: Process) -> None:
+def test_decibels_reported_as_amplitudes_are_refused_and_health_says_why(process: Process) -> None:
     """As amplitudes they show nothing; the list would be empty and valid."""
     decibels = 20.0 * np.log10(np.random.default_rng(0).rayleigh(0.01, (60, 1000))).astype(np.float32)
     wrong = make_ping(decibels)

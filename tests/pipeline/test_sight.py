@@ -1,4 +1,4 @@
-"""What a ping could not show: faults are told at once and where they are, what changes rightly is not."""
+"""What a ping could not show: faults are reported at once and where they are, what changes rightly is not."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -51,7 +51,7 @@ def steady(level: Floats | float, seconds: float) -> Iterator[Floats | float]:
 
 
 @pytest.mark.parametrize("before", [bottom_db(8.0), bottom_db(3.0), 30.0])
-def test_head_that_is_blocked_is_told_at_its_first_ping_and_healed_at_its_last(before: Floats | float) -> None:
+def test_head_that_is_blocked_is_reported_at_its_first_ping_and_healed_at_its_last(before: Floats | float) -> None:
     sonar = Sonar()
     assert not any(seen.share for seen in sonar.watch(steady(before, 5.0)))
     blocked = sonar.watch(steady(np.asarray(before) - 20.0 if np.ndim(before) else 10.0, 20.0))
@@ -61,7 +61,7 @@ def test_head_that_is_blocked_is_told_at_its_first_ping_and_healed_at_its_last(b
     assert not any(seen.share for seen in sonar.watch(steady(before, 5.0)))
 
 
-def test_half_a_head_is_told_as_half_the_sector() -> None:
+def test_half_a_head_is_reported_as_half_the_sector() -> None:
     sonar = Sonar()
     sonar.watch(steady(30.0, 5.0))
     port = np.where(np.arange(BEAMS)[:, None] < BEAMS // 2, 10.0, np.full((1, SAMPLES), 30.0))
@@ -145,7 +145,7 @@ def test_a_level_that_stays_low_for_long_becomes_the_level() -> None:
     assert shares[-1] == 0.0
 
 
-def test_gaps_are_told_where_they_are() -> None:
+def test_gaps_are_reported_where_they_are() -> None:
     sonar, rng = Sonar(), np.random.default_rng(3)
     for _ in range(30):
         missing = np.zeros((BEAMS, SAMPLES), np.bool_)
@@ -153,14 +153,14 @@ def test_gaps_are_told_where_they_are() -> None:
         first = int(rng.integers(0, SAMPLES - 100))
         missing[low:high, first:] = True
         seen = sonar.see(counts(30.0, rng), missing)
-        told = np.zeros_like(missing)
+        reported = np.zeros_like(missing)
         bearings = fan_bearings(BEAMS)
         for part in seen.parts:
             rows = (bearings > part.bearing_min_rad) & (bearings < part.bearing_max_rad)
             columns = (part.range_min_m < RANGE_M - 0.05) & (part.range_max_m > RANGE_M - 0.05)
-            told |= rows[:, None] & columns
+            reported |= rows[:, None] & columns
             assert part.why == "no data"
-        assert (told != missing).mean() < 1.0 / 64.0
+        assert (reported != missing).mean() < 1.0 / 64.0
         assert seen.share == pytest.approx(missing.mean(), abs=1.0 / 64.0)
 
 
@@ -183,7 +183,7 @@ def test_image_of_one_value_shows_nothing(value: int, why: str) -> None:
     assert (part.range_min_m, part.range_max_m) == pytest.approx((sector.range_min_m, sector.range_max_m))
 
 
-def test_saturated_parts_are_told() -> None:
+def test_saturated_parts_are_reported() -> None:
     sonar = Sonar()
     frame = counts(30.0, sonar.rng)
     frame[:, :500] = 255
@@ -193,7 +193,7 @@ def test_saturated_parts_are_told() -> None:
     assert max(part.range_max_m for part in seen.parts) == pytest.approx(50.0, abs=1.0)
 
 
-def test_a_tenth_of_the_beams_blocked_is_told() -> None:
+def test_a_tenth_of_the_beams_blocked_is_reported() -> None:
     """Something hangs before the head: 6 of 60 beams, wherever they are."""
     for first in range(0, 55, 9):
         sonar = Sonar()

@@ -23,7 +23,7 @@ INPUTS = len(Features._fields)
 
 @pytest.mark.parametrize("kind", ["front", "disc", "plate"])
 def test_errors_are_as_large_as_is_claimed(kind: str) -> None:
-    """Of bodies of one kind, which is not told: of draws that are none of those that the laws are fitted to.
+    """Of bodies of one kind, which is not reported: of draws that are none of those that the laws are fitted to.
 
     Near edge, range, radius, place across; plates are better placed in range than what looks like them.
     """
@@ -72,9 +72,9 @@ def echo_of(seed: int) -> tuple[Image, list[tuple[int, int, int]]]:
 
 def test_every_echo_has_finite_sigmas_and_none_below_the_columns() -> None:
     for seed in range(200):
-        told = measured(*echo_of(seed))
-        assert np.isfinite(told.features).all()
-        echo = told.echoes[0]
+        reported = measured(*echo_of(seed))
+        assert np.isfinite(reported.features).all()
+        echo = reported.echoes[0]
         across = echo["sigma_bearing_rad"] * echo["range_m"]
         claimed = [echo["sigma_near_m"], echo["sigma_range_m"], echo["sigma_radius_m"], across]
         assert np.isfinite(claimed).all()
@@ -86,10 +86,10 @@ def test_a_law_is_two_layers() -> None:
     with np.load(LAWS) as laws:
         sigmas, along = (Layers(laws[f"{name}_hidden"], laws[f"{name}_out"]) for name in ("sigmas", "range"))
     for seed in range(60):
-        told = measured(*echo_of(seed))
-        echo = told.echoes[0]
-        near, radius, _ = told.point * DR_M * np.exp(0.5 * sigmas.outputs(told.features[:, :-1])[0])
-        (deep,) = told.point * DR_M * np.exp(0.5 * along.outputs(told.features)[0])
+        reported = measured(*echo_of(seed))
+        echo = reported.echoes[0]
+        near, radius, _ = reported.point * DR_M * np.exp(0.5 * sigmas.outputs(reported.features[:, :-1])[0])
+        (deep,) = reported.point * DR_M * np.exp(0.5 * along.outputs(reported.features)[0])
         least = DR_M / np.sqrt(12.0)
         assert echo["sigma_radius_m"] == pytest.approx(max(radius, least), rel=1e-3)
         assert echo["sigma_range_m"] == pytest.approx(max(deep, least, echo["sigma_near_m"]), rel=1e-3)

@@ -17,7 +17,7 @@ from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
         (0.0, 0.0028, 0, Columns(2, 80, 5, 0.2, 2)),
         (0.0, 0.2, 0, Columns(2, 80, 5, 0.2, 2)),
         (0.0, 0.05, 1, Columns(1, 160, 9, 0.1, 4)),  # whole images, as FIR 9 was made for
-        (0.3, 0.05, 0, Columns(2, 80, 5, 0.2, 2)),  # the same six samples, told in metres
+        (0.3, 0.05, 0, Columns(2, 80, 5, 0.2, 2)),  # the same six samples, reported in metres
         (0.3, 0.01, 0, Columns(10, 24, 5, 0.2, 2)),  # an ARIS: 30 samples an object
         (0.3, 0.0028, 0, Columns(16, 54, 11, 3.0 / (5.0 * 0.3 / 0.0028 / 16), 4)),  # an Oculus: no more than 16 to one
         (0.6, 0.2, 0, Columns(1, 160, 5, 0.2, 2)),  # three samples, none to spare

@@ -48,11 +48,11 @@ def test_bodies_are_found_and_little_else(kind: str, threshold: float, rms: floa
     for _ in range(4):
         amplitude = np.sqrt((echoes + rms**2) * rng.exponential(size=SHAPE))
         amplitude[amplitude < threshold] = 0.0
-        told = chain.process(ENCODED[kind](amplitude))
-        assert told.unseen_share == 0.0
+        reported = chain.process(ENCODED[kind](amplitude))
+        assert reported.unseen_share == 0.0
         for r, b in BODIES:
-            assert any(abs(d.range_m - r) < 2.0 and abs(d.bearing_rad - b) < 0.05 for d in told.detections)
-        found += len(told.detections)
+            assert any(abs(d.range_m - r) < 2.0 and abs(d.bearing_rad - b) < 0.05 for d in reported.detections)
+        found += len(reported.detections)
     assert found <= 4 * len(BODIES) + 4
 
 

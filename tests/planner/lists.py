@@ -38,7 +38,7 @@ def pose(north: float, east: float, heading_rad: float = 0.0, speed: float = 2.0
     return PoseAt((north, east, 20.0), from_euler(0.0, 0.0, heading_rad), velocity, zero, zero)
 
 
-def told(at: PoseAt, *obstacles: Obstacle, t_s: float = 0.0, valid: bool = True) -> ObstacleList:
+def reported(at: PoseAt, *obstacles: Obstacle, t_s: float = 0.0, valid: bool = True) -> ObstacleList:
     t_ns = round(t_s * NS)
     return ObstacleList(0, 0, t_ns, t_ns, t_ns, valid, [] if valid else ["silence"], list(obstacles), pose=at)
 
@@ -51,5 +51,5 @@ def clear(at: PoseAt, reach_m: float | list[float] = 100.0, *, sectors: int = 72
 def steered(planner: Planner, *obstacles: Obstacle, speed: float = 2.0) -> SetPoint:
     """Return what it does about obstacles, of a vehicle at the origin that goes north."""
     here = pose(0.0, 0.0, speed=speed)
-    planner.hear(told(here, *obstacles), clear(here))
+    planner.receive(reported(here, *obstacles), clear(here))
     return planner.steer(0)

@@ -15,7 +15,7 @@ import zmq
 from ods.base import clock
 from ods.messages import Health, Obstacle, PoseAt, VehicleSetPoint
 from ods.runtime import bus
-from tests.planner.lists import clear, pose, told
+from tests.planner.lists import clear, pose, reported
 
 ROOT = Path(__file__).parents[2]
 PATIENCE_S = 60.0
@@ -48,7 +48,7 @@ class PlayedPlanner:
         """Publish a list and its clearance, as they are wanted."""
         now_ns, self._seq = clock.monotonic_ns(), self._seq + 1
         at = self.here or pose(0.0, 0.0)
-        listed = told(at, *self.obstacles, t_s=now_ns / clock.NS, valid=self.valid)
+        listed = reported(at, *self.obstacles, t_s=now_ns / clock.NS, valid=self.valid)
         water = msgspec.structs.replace(clear(at, valid=self.valid), seq=self._seq, t_ns=now_ns)
         self._tracker.publish("obstacles", msgspec.structs.replace(listed, seq=self._seq, pose=self.here))
         self._tracker.publish("clearance", water)

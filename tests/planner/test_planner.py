@@ -11,14 +11,14 @@ from ods.planner.planner import Planner, SetPoint
 from ods.planner.settings import SteeringSettings
 from ods.sim_sonar.settings import VehicleSettings
 from ods.sim_sonar.steered import Steered, at_start
-from tests.planner.lists import PERIOD_S, clear, obstacle, pose, steered, told
+from tests.planner.lists import PERIOD_S, clear, obstacle, pose, reported, steered
 
 GOAL = (200.0, 0.0, 20.0)
 
 
 def planner(**settings: object) -> Planner:
     made = Planner(SteeringSettings(**settings), [GOAL])  # type: ignore[arg-type]
-    made.hear(told(pose(0.0, 0.0)), clear(pose(0.0, 0.0)))
+    made.receive(reported(pose(0.0, 0.0)), clear(pose(0.0, 0.0)))
     made.steer(-NS)
     return made
 
@@ -61,7 +61,7 @@ def test_it_holds_its_way_against_a_current_across() -> None:
         state = vehicle.way[-1]
         zero = (0.0, 0.0, 0.0)
         here = PoseAt(state.place, state.attitude, state.velocity_ned, zero, zero)
-        made.hear(told(here, t_s=state.t_s), clear(here))
+        made.receive(reported(here, t_s=state.t_s), clear(here))
         set_point = made.steer(round(state.t_s * NS))
         vehicle.obey(set_point.heading_rad, set_point.speed_m_s, set_point.down_m)
         vehicle.step(PERIOD_S)
@@ -72,28 +72,28 @@ def test_it_holds_its_way_against_a_current_across() -> None:
 
 def test_it_goes_from_way_point_to_way_point_and_arrives() -> None:
     made = Planner(SteeringSettings(), [(0.0, 3.0, 10.0), (0.0, 100.0, 12.0)])
-    made.hear(told(pose(0.0, 0.0)), clear(pose(0.0, 0.0)))
+    made.receive(reported(pose(0.0, 0.0)), clear(pose(0.0, 0.0)))
     set_point = made.steer(0)
     assert (set_point.down_m, set_point.arrived) == (12.0, False)
     assert set_point.heading_rad == pytest.approx(math.pi / 2.0, abs=0.25)
-    made.hear(told(pose(0.0, 98.0)), clear(pose(0.0, 98.0)))
+    made.receive(reported(pose(0.0, 98.0)), clear(pose(0.0, 98.0)))
     assert made.steer(NS // 10).arrived
 
 
 def test_before_water_that_is_not_known_it_goes_slowly_and_turns_to_what_is_known() -> None:
     here = pose(0.0, 0.0)
     nothing = planner()
-    nothing.hear(told(here), clear(here, 0.0))
+    nothing.receive(reported(here), clear(here, 0.0))
     assert nothing.steer(0).speed_m_s == 1.0
     to_starboard = planner()
-    to_starboard.hear(told(here), clear(here, [100.0 if 4 <= k < 18 else 0.0 for k in range(72)]))
+    to_starboard.receive(reported(here), clear(here, [100.0 if 4 <= k < 18 else 0.0 for k in range(72)]))
     set_point = to_starboard.steer(0)
     assert math.radians(10.0) < set_point.heading_rad < math.radians(100.0)
     forgotten = planner()
-    forgotten.hear(told(here), clear(here, valid=False))
+    forgotten.receive(reported(here), clear(here, valid=False))
     assert forgotten.steer(0).speed_m_s == 1.0
     without = planner()
-    without.hear(told(here), None)
+    without.receive(reported(here), None)
     assert without.steer(0).speed_m_s == 1.0
 
 
@@ -102,21 +102,21 @@ def test_an_echo_that_nobody_has_confirmed_is_gone_round() -> None:
     here, made = pose(0.0, 0.0), planner()
     ahead = [k in (0, 1, 2, 69, 70, 71) for k in range(72)]
     water = clear(here, [3.0 if near else 100.0 for near in ahead])
-    made.hear(told(here), msgspec.structs.replace(water, nearest_m=[4.0 if near else None for near in ahead]))
+    made.receive(reported(here), msgspec.structs.replace(water, nearest_m=[4.0 if near else None for near in ahead]))
     assert abs(made.steer(0).heading_rad) > math.radians(10.0)
 
 
 def test_it_turns_round_to_a_goal_behind_through_water_that_is_not_known() -> None:
     made = Planner(SteeringSettings(), [(-30.0, 10.0, 20.0)])
     here = pose(0.0, 0.0)
-    made.hear(told(here), clear(here, [60.0 if k < 9 or k >= 63 else 0.0 for k in range(72)]))
+    made.receive(reported(here), clear(here, [60.0 if k < 9 or k >= 63 else 0.0 for k in range(72)]))
     assert abs(made.steer(0).heading_rad) > math.radians(120.0)
 
 
 def not_valid(made: Planner, at_s: float, *obstacles_at: float) -> SetPoint:
     here = pose(0.0, 0.0)
     obstacles = [obstacle(north, 1.0) for north in obstacles_at]
-    made.hear(told(here, *obstacles, t_s=at_s, valid=False), clear(here, 0.0, valid=False))
+    made.receive(reported(here, *obstacles, t_s=at_s, valid=False), clear(here, 0.0, valid=False))
     return made.steer(round(at_s * NS))
 
 
@@ -131,7 +131,7 @@ def test_after_a_while_it_climbs_and_comes_back_once_the_list_is_valid() -> None
     made = planner(not_valid="climb", climb_to_m=6.0)
     assert not_valid(made, 2.5).down_m == 20.0
     assert not_valid(made, 3.5).down_m == 6.0
-    made.hear(told(pose(0.0, 0.0), t_s=4.0), clear(pose(0.0, 0.0)))
+    made.receive(reported(pose(0.0, 0.0), t_s=4.0), clear(pose(0.0, 0.0)))
     assert straight_on(made.steer(4 * NS)) == (2.0, 20.0, False, True)
 
 
@@ -175,7 +175,7 @@ def test_it_finds_the_way_out_of_a_ring_where_no_heading_keeps_the_distance() ->
     for _ in range(150):
         state = vehicle.way[-1]
         here = pose(state.north_m, state.east_m, state.heading_rad, state.speed_m_s)
-        made.hear(told(here, *(obstacle(*place) for place in ring), t_s=state.t_s), clear(here))
+        made.receive(reported(here, *(obstacle(*place) for place in ring), t_s=state.t_s), clear(here))
         set_point = made.steer(round(state.t_s * NS))
         vehicle.obey(set_point.heading_rad, set_point.speed_m_s, set_point.down_m)
         vehicle.step(PERIOD_S)

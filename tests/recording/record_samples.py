@@ -1,4 +1,4 @@
-"""A chain to record: real sockets, simulated pings, a vehicle and an obstacle that are where they are told."""
+"""A chain to record: real sockets, simulated pings, a vehicle and an obstacle that are where they are reported."""
 
 import math
 import os
@@ -91,7 +91,7 @@ class Chain:
         )  # fmt: skip
 
     def publish_until_recorded(self, path: Path, message: Ping | ObstacleList | Pose) -> None:
-        """Publish a message until the file grows by it: from then on its topic is heard."""
+        """Publish a message until the file grows by it: from then on its topic is received."""
         wait_for(lambda: size_of(path) > 0)
         before = settled_size_of(path)
         for _ in range(400):
@@ -99,7 +99,7 @@ class Chain:
             time.sleep(0.05)
             if size_of(path) > before:
                 return
-        raise AssertionError("the recorder does not hear the chain")
+        raise AssertionError("the recorder does not receive the chain")
 
     def close(self) -> None:
         for publisher in self._publishers.values():

@@ -146,8 +146,8 @@ HEAD = MAGIC + encoded(Header("ods", "x"), Schema(1, b"{}", "jsonschema", "Pose"
 
 def _chunk(records: bytes, size: int | None = None, compression: str = "zstd", checksum: int | None = None) -> bytes:
     packed = zstandard.compress(records) if compression == "zstd" else records
-    told = zlib.crc32(records) if checksum is None else checksum
-    return encoded(Chunk(compression, packed, 0, 0, told, len(records) if size is None else size))
+    reported = zlib.crc32(records) if checksum is None else checksum
+    return encoded(Chunk(compression, packed, 0, 0, reported, len(records) if size is None else size))
 
 
 def _bomb() -> bytes:
@@ -218,9 +218,9 @@ def test_no_file_takes_more_than_200_mb(tmp_path: Path) -> None:
             file.write(RECORD.pack(9, 30_000_029) + bytes(16) + struct.pack("<I1sI", 1, name.encode(), 0))
             file.write(struct.pack("<Q", 29_999_992) + bytes(29_999_992 + 4))
     done = subprocess.run([sys.executable, "-c", READ_ALL, str(path)], capture_output=True, text=True, check=True)
-    told, peak_kb = done.stdout.splitlines()
-    print(told, peak_kb)
-    assert told.startswith("62200000 ")
+    reported, peak_kb = done.stdout.splitlines()
+    print(reported, peak_kb)
+    assert reported.startswith("62200000 ")
     assert int(peak_kb) < 200_000
 
 
@@ -294,7 +294,7 @@ for limit in limits:
         assert when_full.losses == Counter()
 
 
-def test_a_folder_that_may_not_be_looked_into_is_told_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_that_may_not_be_looked_into_is_reported_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(folder: Path) -> None:
         raise PermissionError(errno.EACCES, "Permission denied", str(folder))
 

@@ -83,7 +83,7 @@ def of_type(records: list[s7k_tables.Raw], kind: int) -> list[s7k_tables.Raw]:
 
 
 def last_pings(records: list[s7k_tables.Raw], kind: int) -> list[s7k_tables.Raw]:
-    """Return the records of the pings; the first was published until it was heard, so perhaps more than once."""
+    """Return the records of the pings; the first was published until it was received, so perhaps more than once."""
     return of_type(records, kind)[-PINGS:]
 
 

@@ -48,7 +48,7 @@ class Live:
         self.process: subprocess.Popen[str]
 
     def record(self, *arguments: str, prelude: str = "", environment: Mapping[str, str] | None = None) -> None:
-        """Start a recorder and wait until it hears everybody."""
+        """Start a recorder and wait until it receives everybody."""
         program = f"{prelude}\nimport sys\nfrom ods.cli import main\nsys.exit(main(sys.argv[1:]))"
         command = [sys.executable, "-c", program, "record", *arguments, "--config", str(self.config)]
         self.process = subprocess.Popen(
@@ -57,14 +57,14 @@ class Live:
         )  # fmt: skip
         self.until(lambda: self.health is not None and self.health.pid == self.process.pid)
 
-        def heard() -> bool:
+        def received() -> bool:
             for topic in ("pose", "ping", "detections", "obstacles", "sonar-requests"):
                 self.publish(topic, pose(0, 0))  # of the wrong type, but the recorder does not mind
             assert self.health is not None
             rates = self.health.rates_hz
             return all(rates[topic] for topic in ("pose", "ping", "detections", "obstacles", "sonar-requests"))
 
-        self.until(heard)
+        self.until(received)
 
     def publish(self, topic: str, message: msgspec.Struct) -> None:
         self._publishers[bus.TOPICS[topic].publisher].publish(topic, message)
@@ -237,7 +237,7 @@ os.pwrite = pwrite
 """A disk that is full takes half of a write first, as real ones do."""
 
 
-def test_a_full_disk_is_told_and_recording_goes_on_when_there_is_room() -> None:
+def test_a_full_disk_is_reported_and_recording_goes_on_when_there_is_room() -> None:
     samples = mission(30, 5)
     third = len(samples) // 3
     with live() as chain:
@@ -307,7 +307,7 @@ def test_a_folder_that_is_gone_is_made_anew_and_recording_goes_on(named: bool, m
 
 
 def test_a_disk_that_stalls_holds_up_nobody() -> None:
-    """What does not fit the queue is dropped and told; health goes on, and so does the end."""
+    """What does not fit the queue is dropped and reported; health goes on, and so does the end."""
     with live("queue_mb = 1") as chain:
         disk = chain.run_dir / "disk"
         chain.record("--out", str(chain.out), prelude=FULL, environment={"DISK": str(disk)})

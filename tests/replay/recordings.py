@@ -59,7 +59,7 @@ def bench_config(name: str, folder: Path) -> BenchConfig:
 
 
 @contextmanager
-def listening(run_dir: Path, heard: list[Logged]) -> Iterator[None]:
+def listening(run_dir: Path, received: list[Logged]) -> Iterator[None]:
     """Keep all that the processes of a run folder publish, in order."""
     stop = threading.Event()
 
@@ -74,7 +74,7 @@ def listening(run_dir: Path, heard: list[Logged]) -> Iterator[None]:
             while not stop.is_set():
                 if socket.poll(50):
                     topic, data = socket.recv_multipart()
-                    heard.append(Logged(topic.decode(), clock.monotonic_ns(), data))
+                    received.append(Logged(topic.decode(), clock.monotonic_ns(), data))
             socket.close(0)
 
     thread = threading.Thread(target=listen)
@@ -94,10 +94,10 @@ def nowhere(text: str) -> str:
 def make(name: str) -> None:
     """Fly a mission of the bench, and leave its recording in the tests' data."""
     with tempfile.TemporaryDirectory(prefix="ods-") as place:  # a socket path must be short
-        folder, heard = Path(place), list[Logged]()
+        folder, received = Path(place), list[Logged]()
         (folder / "run").mkdir()
         config = bench_config(name, folder)
-        with listening(folder / "run", heard):
+        with listening(folder / "run", received):
             fly_mission(config)
         text = nowhere((folder / "out" / "onboard.toml").read_text().replace(place, "/tmp/replayed"))
         about = facts(text) | dict.fromkeys(("host", "boot_id", "system"), "")
@@ -107,12 +107,12 @@ def make(name: str) -> None:
         path.unlink(missing_ok=True)
         segment = Segment(path, offset_ns, {"ods": about})
         segment.enclose("config.toml", "application/toml", text.encode(), offset_ns)
-        for message in heard:
+        for message in received:
             segment.write([message._replace(utc_ns=message.utc_ns + offset_ns)])
             if segment.waiting_bytes > 256 * 1024:
                 segment.close_chunk()
         segment.finish()
-    print(f"{path}: {len(heard)} messages, {path.stat().st_size / 1e6:.1f} MB")
+    print(f"{path}: {len(received)} messages, {path.stat().st_size / 1e6:.1f} MB")
 
 
 if __name__ == "__main__":

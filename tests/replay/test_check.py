@@ -97,16 +97,16 @@ def test_a_changed_list_is_found(tmp_path: Path, capsys: pytest.CaptureFixture[s
 @pytest.mark.parametrize(("change", "verdict"), [(1e-15, Verdict.ROUNDED), (1e-6, Verdict.NEAR), (1e-2, Verdict.OTHER)])
 def test_last_digits_may_differ_and_no_more(change: float, verdict: Verdict) -> None:
     """Another compiler's order of the same sums is no other result; a millionth of a range is one."""
-    told = max(lists_of(FIGURE_11), key=lambda message: len(message.obstacles))
-    moved = [msgspec.structs.replace(o, position_ned=_times(o.position_ned, 1.0 + change)) for o in told.obstacles]
-    again = msgspec.structs.replace(told, obstacles=moved)
-    assert compare_lists(ListPair(told, msgspec.msgpack.encode(told), again)).verdict is verdict
+    reported = max(lists_of(FIGURE_11), key=lambda message: len(message.obstacles))
+    moved = [msgspec.structs.replace(o, position_ned=_times(o.position_ned, 1.0 + change)) for o in reported.obstacles]
+    again = msgspec.structs.replace(reported, obstacles=moved)
+    assert compare_lists(ListPair(reported, msgspec.msgpack.encode(reported), again)).verdict is verdict
 
     pings = (recorded.message() for recorded in open_recording(FIGURE_11).messages(["detections"]))
-    heard = next(message for message in pings if isinstance(message, Detections) and message.detections)
-    ranges = [msgspec.structs.replace(d, range_m=d.range_m * (1.0 + change)) for d in heard.detections]
-    nudged = msgspec.structs.replace(heard, detections=ranges)
-    assert compare_detections(DetectionsPair(0, heard, msgspec.msgpack.encode(heard), nudged)).verdict is verdict
+    received = next(message for message in pings if isinstance(message, Detections) and message.detections)
+    ranges = [msgspec.structs.replace(d, range_m=d.range_m * (1.0 + change)) for d in received.detections]
+    nudged = msgspec.structs.replace(received, detections=ranges)
+    assert compare_detections(DetectionsPair(0, received, msgspec.msgpack.encode(received), nudged)).verdict is verdict
 
 
 def _times(position: Vector3, factor: float) -> Vector3:
@@ -163,7 +163,7 @@ def without_none(value: Any) -> Any:
     return [without_none(item) for item in value] if isinstance(value, list) else value
 
 
-def test_another_computer_is_told() -> None:
+def test_another_computer_is_reported() -> None:
     here = facts("")
     assert differences(here, here) == []
     other = here | {"cpu": "Other", "cpu_flags": "none", "numpy": "1.0"}
@@ -179,7 +179,7 @@ def test_no_recording_and_none_with_a_configuration_are_one_line(
     Segment(tmp_path / "bare.mcap", 0, {"ods": {"utc_offset_ns": "0"}}).finish()
     for path, said, code in (("absent", "No such file", 1), ("bare.mcap", "no configuration", 2)):
         assert main(["replay", str(tmp_path / path), "--check"]) == code
-        told = capsys.readouterr().err
-        assert said in told
-        assert told.count("\n") == 1
+        reported = capsys.readouterr().err
+        assert said in reported
+        assert reported.count("\n") == 1
     assert isinstance(recorded_config(open_recording(FIGURE_11)), OnboardConfig)

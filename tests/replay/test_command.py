@@ -1,4 +1,4 @@
-"""`ods replay --live` as a process: what `ods watch` hears of it, how it ends, what it says of bad input."""
+"""`ods replay --live` as a process: what `ods watch` receives of it, how it ends, what it says of bad input."""
 
 import os
 import signal
@@ -30,7 +30,7 @@ def run_dir() -> Iterator[Path]:
         yield empty.run_dir
 
 
-def test_it_runs_until_it_is_told_to_end(record: Path, run_dir: Path) -> None:
+def test_it_runs_until_it_is_reported_to_end(record: Path, run_dir: Path) -> None:
     command = [sys.executable, "-m", "ods", "replay", str(record), "--live", "--loop", "--run-dir", str(run_dir)]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=ROOT, env=dict(os.environ))
     planner, asker = Obstacles(run_dir, stale_s=60.0), Replay(run_dir, timeout_s=20.0)

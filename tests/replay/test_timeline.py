@@ -36,7 +36,7 @@ def test_all_times_move_by_one_offset() -> None:
     assert rock.last_seen_utc_ns == NOW_UTC_NS
 
 
-def test_what_was_not_told_stays_so() -> None:
+def test_what_was_not_reported_stays_so() -> None:
     silent = msgspec.structs.replace(mission.LIST, t_rx_ns=0, made_ns=0)
     now = moved(silent, line_at(1.0), OFFSET_NS)
     assert [getattr(now, name) for name in ("t_rx_ns", "made_ns")] == [0, 0]

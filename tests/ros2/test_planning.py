@@ -27,8 +27,8 @@ def xyz(v: Any) -> tuple[float, float, float]:
 
 def test_a_marker_is_a_cylinder_where_the_obstacle_is() -> None:
     # the rock: 100 m north, 50 m east, 5 m down, radius 2 m; the swimmer goes to the west at 2 m/s
-    told = read(markers.markers(MAKE, UTC_NS, obstacle_list(ROCK, SWIMMER)), markers.MARKERS)
-    first, rock, swimmer, line = told.markers
+    reported = read(markers.markers(MAKE, UTC_NS, obstacle_list(ROCK, SWIMMER)), markers.MARKERS)
+    first, rock, swimmer, line = reported.markers
     assert (first.action, rock.action) == (markers.DELETE_ALL, markers.ADD)
     assert (rock.header.frame_id, rock.header.stamp.sec, rock.header.stamp.nanosec) == ("world", *divmod(UTC_NS, NS))
     assert (rock.type, rock.ns, rock.id, rock.lifetime.sec) == (markers.CYLINDER, "obstacles", 7, 1)
@@ -41,8 +41,8 @@ def test_a_marker_is_a_cylinder_where_the_obstacle_is() -> None:
 
 
 def test_an_id_beyond_31_bits_is_still_a_marker() -> None:
-    told = read(markers.markers(MAKE, 0, obstacle_list(obstacle(2**40 + 9, 1.0, 1.0))), markers.MARKERS)
-    assert told.markers[1].id == 9
+    reported = read(markers.markers(MAKE, 0, obstacle_list(obstacle(2**40 + 9, 1.0, 1.0))), markers.MARKERS)
+    assert reported.markers[1].id == 9
 
 
 def test_a_track() -> None:
@@ -50,9 +50,9 @@ def test_a_track() -> None:
         7, 100.0, 50.0, velocity_ned=(1.0, 2.0, 0.5), sigma_position=(0.5, 0.25, 3.0), covariance_ne=0.0625,
         sigma_velocity=(0.5, 1.0, 2.0), sigma_radius=0.25,
     )  # fmt: skip
-    told = read(tracks.tracks(MAKE, UTC_NS, obstacle_list(odd)), definitions.RADAR_TRACKS)
-    (track,) = told.tracks
-    assert told.header.frame_id == "world"
+    reported = read(tracks.tracks(MAKE, UTC_NS, obstacle_list(odd)), definitions.RADAR_TRACKS)
+    (track,) = reported.tracks
+    assert reported.header.frame_id == "world"
     assert bytes(track.uuid.uuid) == bytes(15) + b"\x07"
     assert xyz(track.position) == (50.0, 100.0, -5.0)
     assert xyz(track.velocity) == (2.0, 1.0, -0.5)
@@ -71,12 +71,12 @@ def test_clear_water_by_sectors() -> None:
         clear_to_m=[9.0, 30.0, 0.0, 0.0], nearest_m=[10.0 * math.sqrt(2.0), None, None, math.sqrt(2.0)], pose=POSE,
         half_height_m=2.5,
     )  # fmt: skip
-    told = read(clearance.cloud(MAKE, UTC_NS, water, POSE), clearance.POINT_CLOUD)
-    assert [field.name for field in told.fields] == list(clearance.FIELDS)
-    assert [(field.offset, field.datatype) for field in told.fields][:3] == [(0, 7), (4, 7), (8, 7)]
-    assert (told.height, told.width, told.point_step, told.row_step) == (1, 4, 32, 128)
-    assert (told.is_dense, told.is_bigendian) == (False, False)
-    points = np.frombuffer(told.data.tobytes(), "<f4").reshape(4, 8)
+    reported = read(clearance.cloud(MAKE, UTC_NS, water, POSE), clearance.POINT_CLOUD)
+    assert [field.name for field in reported.fields] == list(clearance.FIELDS)
+    assert [(field.offset, field.datatype) for field in reported.fields][:3] == [(0, 7), (4, 7), (8, 7)]
+    assert (reported.height, reported.width, reported.point_step, reported.row_step) == (1, 4, 32, 128)
+    assert (reported.is_dense, reported.is_bigendian) == (False, False)
+    points = np.frombuffer(reported.data.tobytes(), "<f4").reshape(4, 8)
     assert points[0] == pytest.approx([29.0, 110.0, -5.0, math.pi / 4.0, 1.0, 9.0, 10.0 * math.sqrt(2.0), 2.5])
     assert points[3] == pytest.approx([18.0, 101.0, -5.0, 3.0 * math.pi / 4.0, 0.0, 0.0, math.sqrt(2.0), 2.5])
     assert np.isnan(points[1, [0, 1, 2, 6]]).all()
@@ -102,9 +102,9 @@ def test_an_image_becomes_small_and_keeps_its_echoes() -> None:
 
 
 def test_a_small_image_stays_as_it_is() -> None:
-    told = ping(np.zeros((2, 3), np.uint8), "u1")
-    assert within(told, 6) is told
-    assert within(told, 1).samples == 1
+    reported = ping(np.zeros((2, 3), np.uint8), "u1")
+    assert within(reported, 6) is reported
+    assert within(reported, 1).samples == 1
 
 
 def test_a_range_image_is_sent_from_above_whatever_room_there_is() -> None:

@@ -30,7 +30,7 @@ def pose(seq: int) -> Pose:
 
 
 def connected(publisher: bus.Publisher, subscriber: bus.Subscriber) -> None:
-    """Publish until the subscriber hears it, then read everything."""
+    """Publish until the subscriber receives it, then read everything."""
     for _ in range(100):
         publisher.publish("pose", pose(0))
         if subscriber.receive(0.05)[0]:

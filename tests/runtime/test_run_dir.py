@@ -1,4 +1,4 @@
-"""The run folder among other users: what they cannot have prepared, changed, heard or slipped in."""
+"""The run folder among other users: what they cannot have prepared, changed, received or slipped in."""
 
 import os
 import re
@@ -211,7 +211,7 @@ def test_nothing_is_imported_from_the_current_folder(tmp_path: Path, option: str
 
 
 def test_a_running_process_makes_anew_what_is_removed(place: Path) -> None:
-    """As cleaners of /tmp do: late planners are heard, early ones stay connected, a second process stays out."""
+    """As cleaners of /tmp do: late planners are received, early ones stay connected, a second process stays out."""
     run_dir = place / "run"
     text = (CONFIG / "onboard.toml").read_text().replace("[bus]", f'[bus]\nrun_dir = "{run_dir}"')
     config = place / "onboard.toml"

@@ -164,18 +164,20 @@ def test_a_child_lives_on_when_the_run_folder_is_emptied(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("code", [2, 7])
-def test_a_child_that_cannot_start_is_tried_again_without_end_and_its_reason_is_told(tmp_path: Path, code: int) -> None:
+def test_a_child_that_cannot_start_is_tried_again_without_end_and_its_reason_is_reported(
+    tmp_path: Path, code: int
+) -> None:
     supervisor = start(tmp_path, f'notify("STOPPING=1\\nSTATUS=the key x is wrong")\nsys.exit({code})')
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     with bus.Subscriber(context, tmp_path, [], [SUPERVISOR]) as subscriber:
         pids(tmp_path, 12)
-        told = [message for _, message in subscriber.receive(5.0)[0]]
+        reported = [message for _, message in subscriber.receive(5.0)[0]]
     context.term()
     assert supervisor.poll() is None
     supervisor.terminate()
     assert supervisor.wait(5) == 0
-    assert {(each.process, each.ready) for each in told} == {("nav", False)}
-    assert told[-1].problems == [f"ended with code {code}: the key x is wrong"]
+    assert {(each.process, each.ready) for each in reported} == {("nav", False)}
+    assert reported[-1].problems == [f"ended with code {code}: the key x is wrong"]
 
 
 def test_delays_grow_to_the_longest_and_begin_anew_after_work(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
@@ -274,16 +276,16 @@ def test_a_supervisor_that_does_not_listen_holds_up_nobody(tmp_path: Path, monke
         deaf.bind(str(tmp_path / "notify"))
         monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
 
-        told: list[bool] = []
+        reported: list[bool] = []
 
         def tell() -> None:
-            told.extend(service.notify("WATCHDOG=1") for _ in range(1000))
+            reported.extend(service.notify("WATCHDOG=1") for _ in range(1000))
 
         telling = threading.Thread(target=tell, daemon=True)
         telling.start()
         telling.join(20.0)
         assert not telling.is_alive()
-        assert (told[0], told[-1]) == (True, False)
+        assert (reported[0], reported[-1]) == (True, False)
         assert deaf.recv(100) == b"WATCHDOG=1"
 
 

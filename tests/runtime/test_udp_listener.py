@@ -1,4 +1,4 @@
-"""Announcements by UDP, on real sockets: heard, shared, bounded; a port that is taken is said and tried again."""
+"""Announcements by UDP, on real sockets: received, shared, bounded; a port that is taken is said and tried again."""
 
 import socket
 from collections.abc import Iterator
@@ -26,22 +26,22 @@ def sender() -> Iterator[socket.socket]:
 
 def test_datagrams_come_whole_with_their_sender_and_a_flood_in_portions(port: int, sender: socket.socket) -> None:
     listener = UdpListener(port)
-    assert listener.hear(0) == []
+    assert listener.receive(0) == []
     for number in range(MAX_DATAGRAMS + 1):
         sender.sendto(b"x" * number, ("127.0.0.1", port))
-    heard = listener.hear(0)
-    assert heard == [Datagram(b"x" * number, "127.0.0.1") for number in range(MAX_DATAGRAMS)]
-    assert listener.hear(0) == [Datagram(b"x" * MAX_DATAGRAMS, "127.0.0.1")]
+    received = listener.receive(0)
+    assert received == [Datagram(b"x" * number, "127.0.0.1") for number in range(MAX_DATAGRAMS)]
+    assert listener.receive(0) == [Datagram(b"x" * MAX_DATAGRAMS, "127.0.0.1")]
     listener.close()
 
 
 def test_two_listeners_share_a_port_and_both_hear_a_broadcast(port: int, sender: socket.socket) -> None:
     listeners = UdpListener(port), UdpListener(port)
-    assert [listener.hear(0) for listener in listeners] == [[], []]
+    assert [listener.receive(0) for listener in listeners] == [[], []]
     sender.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
     sender.sendto(b"here", ("127.255.255.255", port))
     for listener in listeners:
-        assert [datagram.data for datagram in listener.hear(0)] == [b"here"]
+        assert [datagram.data for datagram in listener.receive(0)] == [b"here"]
         listener.close()
 
 
@@ -49,12 +49,12 @@ def test_a_port_that_is_taken_is_said_and_tried_again_after_a_second(port: int, 
     listener = UdpListener(port)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("", port))
-        assert listener.hear(0) == []
+        assert listener.receive(0) == []
         assert listener.fault == f"UDP port {port}: Address already in use"
-    assert listener.hear(S - 1) == []
+    assert listener.receive(S - 1) == []
     assert listener.fault
-    assert listener.hear(S) == []
+    assert listener.receive(S) == []
     assert not listener.fault
     sender.sendto(b"here", ("127.0.0.1", port))
-    assert [datagram.data for datagram in listener.hear(S)] == [b"here"]
+    assert [datagram.data for datagram in listener.receive(S)] == [b"here"]
     listener.close()

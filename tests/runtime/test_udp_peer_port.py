@@ -18,7 +18,7 @@ def server(port: int = 0) -> socket.socket:
     return made
 
 
-def heard(port: UdpPeerPort, now_ns: int) -> bytes:
+def received(port: UdpPeerPort, now_ns: int) -> bytes:
     """Wait for what comes."""
     until_s = time.monotonic() + PATIENCE_S
     while time.monotonic() < until_s:
@@ -51,11 +51,11 @@ def test_nobody_there_is_a_fault_and_who_comes_later_is_spoken_with() -> None:
         data, peer = there.recvfrom(100)
         assert data == b"hello"
         there.sendto(b"a beam", peer)
-        assert heard(port, NS) == b"a beam"
+        assert received(port, NS) == b"a beam"
     port.close()
 
 
-def test_strangers_are_not_heard() -> None:
+def test_strangers_are_not_received() -> None:
     with server() as there, server() as stranger:
         port = made(there.getsockname(), Counter())
         port.open_if_due(0)
@@ -63,7 +63,7 @@ def test_strangers_are_not_heard() -> None:
         _, peer = there.recvfrom(100)
         stranger.sendto(b"mine", peer)
         there.sendto(b"its own", peer)
-        assert heard(port, 0) == b"its own"
+        assert received(port, 0) == b"its own"
         assert port.read(0) == b""
         port.close()
 

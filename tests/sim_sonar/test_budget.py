@@ -106,5 +106,5 @@ def test_nothing_is_drawn_before_the_nearest_point_of_a_body(lean: float, range_
 
 
 def _sets_in(image: Floats) -> int:
-    """Return the first sample at which a beam hears a thousandth of the image's peak."""
+    """Return the first sample at which a beam receives a thousandth of the image's peak."""
     return int(np.flatnonzero(image.max(axis=0) > 1e-3 * image.max())[0])

@@ -9,7 +9,7 @@ from ods.base.arrays import Floats
 from ods.base.frames import geometry
 from ods.sim_sonar.echo import bodies
 from ods.sim_sonar.echo.bodies import BODY, Bodies
-from ods.sim_sonar.echo.motion_during_reception import as_heard
+from ods.sim_sonar.echo.motion_during_reception import as_received
 from ods.sim_sonar.echo.reflection import reflectivity
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.image import ImageSimulator, render_image
@@ -85,8 +85,8 @@ def test_tilted_sea_bed_is_the_sum_over_its_area() -> None:
     weight = 0.5 * cosine * two_way(elevation) * cosine * away * step * turn
     for beam in (0, 10, 20):
         offset = (bearing - short.bearing_rad[beam]) / short.beam_width_rad
-        heard = weight * np.where(np.abs(offset) < 8.0, horizontal_power(np.clip(offset, -8, 8), -25.0), 0.0)
-        expected = np.histogram(distance, 0.25 + 0.5 * np.arange(71), weights=heard)[0]
+        received = weight * np.where(np.abs(offset) < 8.0, horizontal_power(np.clip(offset, -8, 8), -25.0), 0.0)
+        expected = np.histogram(distance, 0.25 + 0.5 * np.arange(71), weights=received)[0]
         np.testing.assert_allclose(image[beam, 10:], expected[10:], rtol=0.05, atol=2e-3 * expected.max())
 
 
@@ -109,8 +109,8 @@ CLOSE_BEAMS = make_sonar(SonarFile(name="beams that add up evenly", frequency_hz
                                    samples=2000))  # fmt: skip
 
 
-def heard(objects: Bodies) -> float:
-    """Return the area, weighted by gamma cos(alpha), that all beams hear together."""
+def received(objects: Bodies) -> float:
+    """Return the area, weighted by gamma cos(alpha), that all beams receive together."""
     return float(image_of(objects, sonar=CLOSE_BEAMS).sum() * np.radians(0.5) / PATTERN_WIDTH)
 
 
@@ -128,15 +128,15 @@ def sphere_area(distance: float, radius: float, cd: float, cs: float) -> float:
 def test_sphere_returns_the_integral_of_eq_3_wherever_it_is() -> None:
     for north, east, cs in ((30.0, 0.0, 0.0), (80.0, 0.0, 0.9), (50.0, 25.0, 0.3), (50.0, -25.0, 0.3)):
         expected = sphere_area(np.hypot(north, east), 0.8, 1.0, cs)
-        assert heard(sphere(north, east, 0.8, cs=cs)) == pytest.approx(expected, rel=5e-3)
+        assert received(sphere(north, east, 0.8, cs=cs)) == pytest.approx(expected, rel=5e-3)
     assert sphere_area(1e6, 0.8, 1.0, 0.0) == pytest.approx(2 * np.pi * 0.64 / 3, rel=1e-4)
 
 
 def test_upright_cylinder_and_facing_plane() -> None:
-    assert heard(body(bodies.CYLINDER, (80.0, 0.0, 0.0), (0.2, 0.2, 1.0))) == pytest.approx(0.2 * np.pi, rel=0.01)
+    assert received(body(bodies.CYLINDER, (80.0, 0.0, 0.0), (0.2, 0.2, 1.0))) == pytest.approx(0.2 * np.pi, rel=0.01)
     facing = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
     plate = body(bodies.PLANE, (70.0, 0.0, 0.0), (2.0, 1.0, 0.0), facing, (0.3, 0.4, 0.3))
-    assert heard(plate) == pytest.approx(0.7 * 8.0, rel=0.01)
+    assert received(plate) == pytest.approx(0.7 * 8.0, rel=0.01)
     image = image_of(plate)
     assert image[:, 1398:1401].sum() > 0.95 * image.sum()
 
@@ -202,7 +202,7 @@ def test_a_small_body_hides_of_a_wall_what_lies_behind_it_and_no_more() -> None:
     facing = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
     wall = body(bodies.PLANE, (40.0, 0.0, 0.0), (8.0, 8.0, 0.0), facing)
     dark = body(bodies.SPHERE, (10.0, 0.0, 0.0), (0.2,) * 3, surface=(0.0, 0.0, 0.3))
-    hidden = heard(wall) - heard(np.concatenate([wall, dark]))
+    hidden = received(wall) - received(np.concatenate([wall, dark]))
     assert hidden == pytest.approx(np.pi * (4 * 0.2) ** 2, rel=0.2)
 
 
@@ -307,7 +307,7 @@ def test_without_speckle_the_mean_image_is_rendered() -> None:
 
 def test_one_call_renders_the_same_from_arrays() -> None:
     scene = scene_of(range_correlation=0.2)
-    heard = as_heard(scene.bodies_at(3.0), 3.0, scene.pose_at(3.0), SEABAT.sound_speed, scene.pose_at)
+    received = as_received(scene.bodies_at(3.0), 3.0, scene.pose_at(3.0), SEABAT.sound_speed, scene.pose_at)
     sent = Transmission(scene.pose_at(3.0), 3.0, 20)
-    image = render_image(SEABAT, Surroundings(heard, scene.sea_bed), sent, scene.file.image, seed=5)
+    image = render_image(SEABAT, Surroundings(received, scene.sea_bed), sent, scene.file.image, seed=5)
     np.testing.assert_array_equal(image, ImageSimulator(SEABAT, scene).render(3.0, 20))

@@ -152,7 +152,7 @@ def test_a_source_without_end_is_a_spoke() -> None:
 
 
 def array_pattern(offset: Floats) -> Floats:
-    """Return the power, offsets in beam widths, that a line array with a Kaiser-Bessel taper of -25 dB side lobes hears
+    """Return the power, offsets in beam widths, that a line array with a Kaiser-Bessel taper of -25 dB side lobes has
     from afar: a sum over its elements."""
     elements = (np.arange(2000) + 0.5) / 1000.0 - 1.0
     taper = brentq(lambda b: 20.0 * math.log10(math.sinh(b) / b) + 13.26 - 25.0, 0.1, 10.0)
@@ -164,9 +164,9 @@ def array_pattern(offset: Floats) -> Floats:
 @pytest.mark.parametrize("turn", [-0.4, 0.13, 0.3])
 def test_beams_hear_a_source_by_their_pattern(turn: float) -> None:
     attitude = geometry.quat_from_euler(0.0, 0.0, turn * SEABAT.beam_width_rad)
-    told = mean_db(area=0.0, attitude=attitude, interference=other())[:, 0]
+    reported = mean_db(area=0.0, attitude=attitude, interference=other())[:, 0]
     expected = array_pattern(np.arange(-40.0, 20.0) + turn)
-    np.testing.assert_allclose(10.0 ** (told / 10.0) / 500.0**2, expected, rtol=1e-2, atol=3e-5)
+    np.testing.assert_allclose(10.0 ** (reported / 10.0) / 500.0**2, expected, rtol=1e-2, atol=3e-5)
 
 
 def test_pulses_walk_through_the_images_at_their_own_rate() -> None:
@@ -174,8 +174,8 @@ def test_pulses_walk_through_the_images_at_their_own_rate() -> None:
     for ping in range(8):
         t_s = ping * SEABAT.ping_period_s
         power = 100.0 ** (mean_db(ping, t_s, 0.0, interference=sources)[40] / 20.0) / 500.0**2
-        heard = t_s + 2.0 * RANGES / 1500.0
-        expected = (heard - 0.02) % 0.11 < 0.001
+        arrival_s = t_s + 2.0 * RANGES / 1500.0
+        expected = (arrival_s - 0.02) % 0.11 < 0.001
         assert power.sum() == pytest.approx(expected.sum(), abs=1.1)
         sure = np.convolve(expected, np.ones(3), "same")
         np.testing.assert_allclose(power[sure == 3], 1.0, rtol=1e-2)
@@ -191,9 +191,9 @@ def test_interference_is_noise_that_is_fresh_in_each_ping() -> None:
 
 
 def test_a_source_sounds_in_its_time_only() -> None:
-    for t_s, is_heard in ((0.0, False), (2.9, False), (3.0, True), (4.9, True), (5.0, False)):
+    for t_s, audible in ((0.0, False), (2.9, False), (3.0, True), (4.9, True), (5.0, False)):
         level = mean_db(t_s=t_s, area=0.0, interference=other(from_s=3.0, to_s=5.0))[40]
-        assert (level.max() > 50.0) == is_heard
+        assert (level.max() > 50.0) == audible
 
 
 def test_a_loud_spell_is_noise_in_its_beams_for_its_time() -> None:

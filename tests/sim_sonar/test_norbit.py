@@ -39,7 +39,7 @@ class Client:
         self.ask("", 2)
 
     def ask(self, words: str, lines: int = 1) -> str:
-        """Send a command, let the sonar hear it, return its answer."""
+        """Send a command, let the sonar receive it, return its answer."""
         self.socket.sendall(words.encode() + b"\r\n")
         self.socket.setblocking(False)
         got, deadline = b"", time.monotonic() + PATIENCE_S

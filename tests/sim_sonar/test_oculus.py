@@ -43,7 +43,7 @@ class Client:
         self.now_ns = SECOND
 
     def ask(self, version: int = 2, extended: int = 0, **fields: float) -> None:
-        """Send a fire message and let the sonar hear it."""
+        """Send a fire message and let the sonar receive it."""
         data = wire.header(0x15, 89 if version == 2 else 53, version, source=0)
         wire.put_fire(data, **fields)
         if version == 2:
@@ -126,7 +126,7 @@ def test_gain_raises_the_samples(client: Client) -> None:
     assert np.median(loud[inside] / quiet[inside]) == pytest.approx(10 ** (6 / 20), rel=0.03)
 
 
-def test_a_sound_speed_that_is_told_stretches_the_ranges(client: Client) -> None:
+def test_a_sound_speed_that_is_reported_stretches_the_ranges(client: Client) -> None:
     client.ask(range=20.0, sound=1530.0)
     data = client.ping()
     assert [read(data, "d", 145), read(data, "d", 162)] == pytest.approx([1530.0, 0.2 * 1530 / 1500])

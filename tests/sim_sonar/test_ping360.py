@@ -119,7 +119,7 @@ def test_the_doctor_makes_it_sweep_and_says_how_fast(sonar: tuple[Sonar, str]) -
     assert before.level in ("note", "good")
 
 
-def test_an_object_is_heard_where_it_is(sonar: tuple[Sonar, str]) -> None:
+def test_an_object_is_received_where_it_is(sonar: tuple[Sonar, str]) -> None:
     """The near sphere's face is 3.5 m away, right ahead; the vehicle hovers."""
     _, port = sonar
     pings, _ = pings_of(port, 8)

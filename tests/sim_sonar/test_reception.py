@@ -9,7 +9,7 @@ import pytest
 from ods.base.arrays import Floats
 from ods.base.frames import geometry
 from ods.sim_sonar.echo.bodies import BODY, Bodies, middles
-from ods.sim_sonar.echo.motion_during_reception import as_heard
+from ods.sim_sonar.echo.motion_during_reception import as_received
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.pose import Times, VehiclePose
 from ods.sim_sonar.scene.settings import Cylinder, Oscillation, Plane, SceneFile, Sphere, VehiclePath
@@ -30,10 +30,10 @@ def scene(*objects: Sphere | Cylinder | Plane, speed: float = 0.0, yaw: Oscillat
     return Scene(SceneFile(seed=1, vehicle=vehicle, objects=list(objects), duration_s=1.0))
 
 
-def assert_alike(heard: Bodies, expected: Bodies, without: str = "") -> None:
+def assert_alike(received: Bodies, expected: Bodies, without: str = "") -> None:
     for name in BODY.names or ():
         if name != without:
-            np.testing.assert_allclose(heard[name], expected[name], atol=1e-12)
+            np.testing.assert_allclose(received[name], expected[name], atol=1e-12)
 
 
 @pytest.mark.parametrize(("range_m", "bearing_deg"), [(95.0, 0.0), (95.0, -30.0), (60.0, 20.0), (20.0, 0.0)])
@@ -77,23 +77,23 @@ def test_the_range_is_half_the_way_there_and_back() -> None:
         level = np.broadcast_to([1.0, 0.0, 0.0, 0.0], (*np.shape(t_s), 4))
         return VehiclePose(np.multiply.outer(t_s, [speed, 0.0, 0.0]), level)
 
-    heard = as_heard(target.bodies_at(0.0), 0.0, pose_at(0.0), 1500.0, pose_at)
-    assert heard["centre"][0, 0] == pytest.approx(90.0 / (1.0 + speed / 1500.0), abs=0.02)
-    assert heard["centre"][0, 0] < 89.2
-    assert_alike(heard, target.bodies_at(0.0), without="centre")
+    received = as_received(target.bodies_at(0.0), 0.0, pose_at(0.0), 1500.0, pose_at)
+    assert received["centre"][0, 0] == pytest.approx(90.0 / (1.0 + speed / 1500.0), abs=0.02)
+    assert received["centre"][0, 0] < 89.2
+    assert_alike(received, target.bodies_at(0.0), without="centre")
 
 
 def test_a_wall_and_a_pipe_are_turned_about_their_nearest_points() -> None:
     wall = Plane(name="quay", position_ned=(60.0, 500.0, 0.0), normal_ned=(1.0, 0.0, 0.0))
     pipe = Cylinder(name="pipe", position_ned=(40.0, 300.0, 3.0), axis_ned=(0.0, 1.0, 0.0), radius_m=0.3, length_m=1e3)
     turning = scene(wall, pipe)
-    heard = as_heard(turning.bodies_at(0.0), 0.0, turning.pose_at(0.0), 1500.0, turning.pose_at)
+    received = as_received(turning.bodies_at(0.0), 0.0, turning.pose_at(0.0), 1500.0, turning.pose_at)
     for row, nearest in enumerate([np.array([60.0, 0.0, 0.0]), np.array([40.0, 0.0, 3.0])]):
         distance = float(np.linalg.norm(nearest))
         turned = RATE * 2.0 * distance / 1500.0
         back = geometry.rotation_matrix(geometry.quat_from_euler(0.0, 0.0, -turned))
-        np.testing.assert_allclose(heard["axes"][row, 2], back @ turning.bodies_at(0.0)["axes"][row, 2], atol=2e-4)
-        middle = middles(heard, np.zeros(3))[row]
+        np.testing.assert_allclose(received["axes"][row, 2], back @ turning.bodies_at(0.0)["axes"][row, 2], atol=2e-4)
+        middle = middles(received, np.zeros(3))[row]
         np.testing.assert_allclose(middle, back @ nearest, atol=0.01)
 
 
@@ -112,6 +112,8 @@ def test_the_truth_knows_where_the_echo_is() -> None:
 
 def test_a_vehicle_at_rest_hears_objects_where_they_are() -> None:
     still = scene(Sphere(name="a", position_ned=(40.0, 3.0, 1.0), radius_m=2.0), yaw=NO_SWING)
-    assert_alike(as_heard(still.bodies_at(0.0), 0.0, still.pose_at(0.0), 1500.0, still.pose_at), still.bodies_at(0.0))
+    assert_alike(
+        as_received(still.bodies_at(0.0), 0.0, still.pose_at(0.0), 1500.0, still.pose_at), still.bodies_at(0.0)
+    )
     empty = scene()
-    assert len(as_heard(empty.bodies_at(0.0), 0.0, empty.pose_at(0.0), 1500.0, empty.pose_at)) == 0
+    assert len(as_received(empty.bodies_at(0.0), 0.0, empty.pose_at(0.0), 1500.0, empty.pose_at)) == 0

@@ -87,8 +87,8 @@ def summed_over_the_ground(heights: Heights, depth: float, attitude: Floats) -> 
     powers = horizontal_power(offsets, -25.0)
     rows = []
     for axis in SONAR.bearing_rad:
-        heard = echo * np.interp((bearing - axis) / SONAR.beam_width_rad, offsets, powers)
-        rows.append(np.histogram(distance, 0.05 + 0.1 * np.arange(401), weights=heard)[0])
+        received = echo * np.interp((bearing - axis) / SONAR.beam_width_rad, offsets, powers)
+        rows.append(np.histogram(distance, 0.05 + 0.1 * np.arange(401), weights=received)[0])
     return np.array(rows)
 
 

@@ -145,9 +145,9 @@ def test_errors_are_one_line(
     shutil.copytree(CONFIG, tmp_path / "config")
     monkeypatch.chdir(tmp_path)
     assert run(*words) == 2
-    told = capsys.readouterr().err
-    assert told.startswith(f"ods simulate: {said}")
-    assert told.count("\n") == 1
+    reported = capsys.readouterr().err
+    assert reported.startswith(f"ods simulate: {said}")
+    assert reported.count("\n") == 1
 
 
 @pytest.mark.parametrize(

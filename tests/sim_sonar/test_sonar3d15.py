@@ -46,13 +46,13 @@ def test_our_codec_reads_it() -> None:
 
 
 def test_the_makers_client_reads_it(wlsonar: ModuleType) -> None:
-    told = wlsonar.unpackb(wire.range_image(SAYS, ranges()))
-    assert type(told).__name__ == "RangeImage"
-    numbers = np.array(told.image_pixel_data).reshape(told.height, told.width)
+    reported = wlsonar.unpackb(wire.range_image(SAYS, ranges()))
+    assert type(reported).__name__ == "RangeImage"
+    numbers = np.array(reported.image_pixel_data).reshape(reported.height, reported.width)
     np.testing.assert_array_equal(numbers, np.rint(ranges() / SAYS.scale_m).astype(int))
-    assert told.header.timestamp.ToNanoseconds() == SAYS.time_ns
-    assert (told.header.sequence_id, told.range, told.speed_of_sound) == (4242, 15.0, 1480.0)
-    assert (told.fov_horizontal, told.fov_vertical) == (90.0, 40.0)
+    assert reported.header.timestamp.ToNanoseconds() == SAYS.time_ns
+    assert (reported.header.sequence_id, reported.range, reported.speed_of_sound) == (4242, 15.0, 1480.0)
+    assert (reported.fov_horizontal, reported.fov_vertical) == (90.0, 40.0)
     strengths = np.arange(64 * 256, dtype=np.int64).astype(np.uint8).reshape(64, 256)
     picture = wlsonar.unpackb(wire.strength_image(SAYS, strengths))
     assert picture.image_pixel_data == strengths.tobytes()

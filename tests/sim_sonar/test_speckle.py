@@ -149,10 +149,10 @@ def test_receiver_noise_is_fresh_even_then() -> None:
 @pytest.mark.parametrize("echo_share", [0.3, 0.5, 0.667, 0.9])
 def test_noise_and_a_frozen_echo_add_up_as_fields(looks: int, echo_share: float) -> None:
     levels = plain(float(looks), noise_counts=GAIN * math.sqrt(1.0 / echo_share - 1.0))
-    told = correlation(*(np.square(image_of(levels, sent_from(ping=ping))) for ping in (1, 2)))
+    reported = correlation(*(np.square(image_of(levels, sent_from(ping=ping))) for ping in (1, 2)))
     echo, *noise = np.random.default_rng(3).standard_normal((3, looks, 2, 100_000))
     sums = [np.sqrt(echo_share) * echo + np.sqrt(1.0 - echo_share) * one for one in noise]
-    assert told == pytest.approx(correlation(*(np.square(one).sum(axis=(0, 1)) for one in sums)), abs=0.015)
+    assert reported == pytest.approx(correlation(*(np.square(one).sum(axis=(0, 1)) for one in sums)), abs=0.015)
 
 
 @pytest.mark.parametrize("range_correlation", [0.0, 0.4])
@@ -251,12 +251,12 @@ print(hashlib.sha256(b"".join(images.ping(0.15 * k, k, 0, 0).data for k in range
 
 def test_same_bytes_in_another_process() -> None:
     config = SEABAT_FILE.parents[1]
-    told = [
+    reported = [
         subprocess.run([sys.executable, "-c", PROGRAM, str(config)], capture_output=True, text=True, check=True).stdout
         for _ in range(2)
     ]
-    assert told[0] == told[1]
-    assert len(told[0].strip()) == len(hashlib.sha256().hexdigest())
+    assert reported[0] == reported[1]
+    assert len(reported[0].strip()) == len(hashlib.sha256().hexdigest())
 
 
 @pytest.mark.parametrize(("looks", "texture"), [(1.0, 1.0), (1.0, 0.3), (2.8, 4.0)])

@@ -62,7 +62,7 @@ def on_can(folder: Path, nav: NavSettings, make: Callable[[slcanBus], Ins]) -> I
 
 
 def check(client: Client, scene: Scene, mission: Mission) -> None:
-    """Assert that poses have the height over the bed where they are, with the noise that is told."""
+    """Assert that poses have the height over the bed where they are, with the noise that is reported."""
     client.until(lambda: sum(pose.altitude_m is not None for pose in client.poses) > 60)
     bed = scene.sea_bed
     assert bed is not None

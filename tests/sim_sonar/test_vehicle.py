@@ -95,11 +95,11 @@ def test_what_is_no_set_point_of_its_own_is_none(bench: Bench, frame: can.Messag
 
 
 def test_it_obeys_in_the_state_operational_only_and_tells_its_state(bench: Bench) -> None:
-    told = []
+    reported = []
     bench.wait(0.1)
     while (message := bench.bus.recv(0)) is not None:
-        told.append((message.arbitration_id, bytes(message.data)))
-    assert told[:2] == [(0x706, b"\0"), (0x706, b"\5")]  # boot-up, then heartbeat
+        reported.append((message.arbitration_id, bytes(message.data)))
+    assert reported[:2] == [(0x706, b"\0"), (0x706, b"\5")]  # boot-up, then heartbeat
     bench.bus.send(rpdo(b"\x02\x06", 0x000))
     assert bench.wait(3.0, rpdo(EAST_SLOWLY)).stopped
     bench.bus.send(rpdo(b"\x01\x00", 0x000))
@@ -120,8 +120,8 @@ def test_two_devices_share_an_end_and_both_hear_all() -> None:
         first, second = shared(far, 2)
         near.send(rpdo(b"\x01"))
         near.send(rpdo(b"\x02"))
-        heard = [[end.recv(), end.recv(), end.recv()] for end in (first, second)]
-        assert [[each.data[0] if each else None for each in one] for one in heard] == [[1, 2, None]] * 2
+        received = [[end.recv(), end.recv(), end.recv()] for end in (first, second)]
+        assert [[each.data[0] if each else None for each in one] for one in received] == [[1, 2, None]] * 2
         first.send(rpdo(b"\x03"))
         assert second.recv() is None
         answer = near.recv(0)

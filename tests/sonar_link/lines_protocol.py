@@ -55,13 +55,13 @@ class LinesProtocol(SonarProtocol):
         hello, self._hello = [b"HELLO\n"] if self._hello else [], False
         return hello + [b"RANGE %g\n" % order.value for order in self.orders.due(now_ns)]
 
-    def heard(self, datagram: bytes, sender: str, now_ns: int) -> None:
+    def received(self, datagram: bytes, sender: str, now_ns: int) -> None:
         if datagram.startswith(b"HERE "):
             self._name = f"{datagram[5:].decode(errors='replace')} at {sender}"
 
     def problems(self, now_ns: int) -> list[str]:
-        unheard = [] if self._name else ["the sonar has not announced itself"]
-        return unheard + self.orders.problems()
+        unreceived = [] if self._name else ["the sonar has not announced itself"]
+        return unreceived + self.orders.problems()
 
     def traffic(self, seconds: float) -> str:
         pings = self.counters["pings"]
@@ -73,7 +73,7 @@ class LinesProtocol(SonarProtocol):
     def _take(self, words: list[bytes], now_ns: int) -> Ping | None:
         try:
             if words[0] == b"RANGE":
-                self.orders.hear(Controls(range_m=float(words[1])), now_ns)
+                self.orders.receive(Controls(range_m=float(words[1])), now_ns)
                 return None
             if words[0] != b"PING":
                 raise ValueError("no such line")

@@ -138,7 +138,7 @@ class Sonar:
     """The far end: numbers its pings, knows what it sent, and has a clock of its own."""
 
     def __init__(self, process: Process, device: Device) -> None:
-        """Ping until the process is heard, so that no later ping is lost for want of a listener."""
+        """Ping until the process is received, so that no later ping is lost for want of a listener."""
         self.device = device
         self.sent: dict[int, Ping] = {}
         """By number; `t_ns` is the true instant of transmission."""

@@ -120,7 +120,7 @@ def test_gaps_duplicates_and_restarts_are_counted() -> None:
 
 
 @pytest.mark.parametrize("numbers", [[0, 0, 0, 0], [1, 1, 2, 2]])
-def test_pings_of_one_number_are_told_apart_by_their_times(numbers: list[int]) -> None:
+def test_pings_of_one_number_are_distinguished_by_their_times(numbers: list[int]) -> None:
     assembler = Assembler()
     pings = [make_ping(0, utc_ns=UTC_NS + k * 250_000_000) for k in range(4)]
     numbered = [msgspec.structs.replace(ping, ping_number=n) for ping, n in zip(pings, numbers, strict=True)]
@@ -138,7 +138,7 @@ def test_samples_without_settings_or_beam_table_are_counted() -> None:
         assert assembler.counters == {counter: 1}
 
 
-def test_sonars_are_told_apart_and_their_number_is_bounded() -> None:
+def test_sonars_are_distinguished_and_their_number_is_bounded() -> None:
     assembler = Assembler()
     a, b = records_of(make_ping(1, beams=4), device=1), records_of(make_ping(1, beams=6), device=2)
     assert [p.beams for p in feed(assembler, a[:2], b[:2], a[2:], b[2:])] == [4, 6]

@@ -131,7 +131,7 @@ def test_absurd_sample_rate_and_sound_speed(offset: int, value: float) -> None:
     expect(with_settings_field(offset, value), bad_settings=1, data_without_settings=1)
 
 
-def test_absurd_frequency_is_not_told() -> None:
+def test_absurd_frequency_is_not_reported() -> None:
     pings, _ = link([with_settings_field(14, math.nan)])
     assert [ping.frequency_hz for ping in pings] == [0.0]
 

@@ -251,7 +251,9 @@ def test_a_wish_that_is_refused_leaves_what_was_ordered_before() -> None:
     assert sorted(sent(orders, 9)) == [(1003, 100.0), (1008, 10.0)]
 
 
-def test_a_wish_that_fails_when_nobody_waits_any_more_is_forgotten_one_that_was_fulfilled_and_lost_is_told() -> None:
+def test_a_wish_that_fails_when_nobody_waits_any_more_is_forgotten_one_that_was_fulfilled_and_lost_is_reported() -> (
+    None
+):
     orders = control()
     planners = Planners(orders)
     planners.ask(b"p", range_m=50.0)

@@ -100,7 +100,7 @@ def test_half_open_line(process: Process, sonar: Sonar) -> None:
 # what comes over it
 
 
-def test_records_of_which_no_ping_is_made_are_told_beside_the_silence(process: Process, sonar: Sonar) -> None:
+def test_records_of_which_no_ping_is_made_are_reported_beside_the_silence(process: Process, sonar: Sonar) -> None:
     """A sonar whose sound velocity sensor sends nonsense; that of air would be a ping, which the pipeline refuses."""
     silly = records.encode_ping(make_ping(1, sound_speed=5.0))
     process.wait(

@@ -153,11 +153,11 @@ def test_a_record_that_stops_in_the_middle_is_given_up_on_request() -> None:
 
 def test_missing_bytes_are_what_the_record_under_way_still_needs() -> None:
     frame, framer = by_hand(b"x" * 100), RecordFramer()
-    told = []
+    reported = []
     for at in range(len(frame)):
-        told.append(framer.missing_bytes)
+        reported.append(framer.missing_bytes)
         framer.feed(frame[at : at + 1])
-    assert told == [0] * 64 + list(range(104, 0, -1))  # nothing is known before the header is whole
+    assert reported == [0] * 64 + list(range(104, 0, -1))  # nothing is known before the header is whole
     assert framer.missing_bytes == 0
 
 
@@ -171,9 +171,9 @@ def test_many_false_headers_over_the_same_bytes_stay_cheap() -> None:
 
 @given(st.integers(0, 7_000_000_000_000_000_000))
 def test_time_round_trip(utc_ns: int) -> None:
-    told = decode_time(encode_time(utc_ns))
-    assert told is not None
-    assert abs(told - utc_ns) <= 2000
+    reported = decode_time(encode_time(utc_ns))
+    assert reported is not None
+    assert abs(reported - utc_ns) <= 2000
 
 
 @pytest.mark.parametrize(

@@ -146,10 +146,10 @@ lies = st.lists(
 
 
 @given(lies, st.lists(st.integers(0, 6000), max_size=12))
-def test_lies_of_any_length_cost_one_record_of_many_packets_at_most(told: bytes, cuts: list[int]) -> None:
+def test_lies_of_any_length_cost_one_record_of_many_packets_at_most(reported: bytes, cuts: list[int]) -> None:
     """A frame that claimed 4 MB cost all pings of more than one packet for as long: 4 s at 1 MB/s."""
     records = [record(number, 1000) for number in range(5)]
-    stream = told + b"".join(frame_record(each, number, 200) for number, each in enumerate(records))
+    stream = reported + b"".join(frame_record(each, number, 200) for number, each in enumerate(records))
     edges = sorted({0, *(min(cut, len(stream)) for cut in cuts), len(stream)})
     deframer = Deframer(LIMIT)
     joined = b"".join(deframer.feed(stream[i:j]) for i, j in pairwise(edges))

@@ -29,7 +29,7 @@ def gappy(dtype: str, **changes: object) -> Ping:
 @pytest.mark.parametrize(
     "ping", [gappy("u1", scale="log8", scale_factor=40.0), gappy("u2", scale="linear"), gappy("f4", scale="linear")]
 )
-def test_beams_cut_short_in_record_7042_are_told(ping: Ping) -> None:
+def test_beams_cut_short_in_record_7042_are_reported(ping: Ping) -> None:
     (received,), _ = link([records.encode_ping(ping)])
     assert (received.data, received.no_data) == (ping.data, GAPS)
 

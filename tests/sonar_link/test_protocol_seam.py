@@ -247,13 +247,13 @@ def test_the_doctor_listens_to_it(
     monkeypatch.setitem(PROTOCOLS, "lines", LINES)
     sonar = SonarSettings(protocol="lines", port=far_end.port, range_m=30.0)
     settings: Any = SimpleNamespace(bus=SimpleNamespace(run_dir=folder), sonar=sonar)
-    heard: list[bytes] = []
+    received: list[bytes] = []
 
     def play() -> None:
         far_end.accept()
-        heard.append(far_end.line())
+        received.append(far_end.line())
         far_end.client.sendall(line)
-        heard.append(far_end.client.recv(100))
+        received.append(far_end.client.recv(100))
 
     thread = threading.Thread(target=play)
     thread.start()
@@ -262,4 +262,4 @@ def test_the_doctor_listens_to_it(
     far_end.client.close()
     assert found.level == level
     assert said in found.text
-    assert heard == [b"HELLO\n", b""]  # listening changes no setting
+    assert received == [b"HELLO\n", b""]  # listening changes no setting

@@ -38,7 +38,7 @@ PATIENCE_S = 20.0
 
 
 class FarEnd(threading.Thread):
-    """Pings at a steady rate and does what it is told; images are noise."""
+    """Pings at a steady rate and does what it is reported; images are noise."""
 
     def __init__(self, line: Line) -> None:
         super().__init__(daemon=True)
@@ -244,7 +244,7 @@ def test_the_command_line_sets_and_shows(
     assert capsys.readouterr().err.startswith("ods set-sonar: the sonar refused range 500 m (error 2)")
 
 
-def test_without_a_sonar_process_a_planner_is_told_so_and_nothing_stays_behind(folder: Path) -> None:
+def test_without_a_sonar_process_a_planner_is_reported_so_and_nothing_stays_behind(folder: Path) -> None:
     client = Sonar(folder, timeout_s=0.2)
     for _ in range(2):
         with pytest.raises(SonarError, match=r"no answer from the sonar process within 0.2 s: .* has no socket"):

@@ -44,7 +44,7 @@ def test_transmission_is_when_the_record_left_less_listening_and_latency() -> No
         assert back.t_rx_ns == arrival_ns
 
 
-def test_two_sonars_on_a_line_are_told_while_both_ping() -> None:
+def test_two_sonars_on_a_line_are_reported_while_both_ping() -> None:
     """One has the configured mounting, of the other objects would lie elsewhere in lists that are valid."""
     made = protocol()
     for number in range(20):
@@ -119,7 +119,7 @@ def test_over_tcp_everything_travels_in_network_frames_and_a_connection_begins_w
     assert made.counters["network_frames"] == 1
 
 
-def test_requests_go_to_the_sonar_that_was_heard_and_its_settings_are_decoded_once() -> None:
+def test_requests_go_to_the_sonar_that_was_received_and_its_settings_are_decoded_once() -> None:
     made = protocol(range_m=50.0)
     feed(made, make_ping(1), S, device=7128)
     assert made.orders.reported == Controls(10.5, 0.0, 0.0)

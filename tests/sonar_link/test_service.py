@@ -70,12 +70,12 @@ def test_pings_come_out_and_survive_noise_and_a_pulled_line(process: Process) ->
     device.unplug()
 
 
-@pytest.mark.parametrize(("age_s", "told"), [(0.0, 0), (1.5, 0), (3.2, 1)])
-def test_a_sonar_that_pings_seldom_is_not_said_to_be_silent(tmp_path: Path, age_s: float, told: int) -> None:
+@pytest.mark.parametrize(("age_s", "reported"), [(0.0, 0), (1.5, 0), (3.2, 1)])
+def test_a_sonar_that_pings_seldom_is_not_said_to_be_silent(tmp_path: Path, age_s: float, reported: int) -> None:
     counts = SimpleNamespace(counters=Counter(), publish=lambda *_: None, answer=None, overload=str)
     worker = SonarWorker(cast(Service, counts), SonarConfig(sonar=SonarSettings(port=str(tmp_path / "seabat"))))
     newest_ns = clock.monotonic_ns() - round(age_s * clock.NS)
     for seconds in (3, 2, 1, 0):
         t_ns = newest_ns - seconds * clock.NS
         worker._publish([msgspec.structs.replace(make_ping(9 - seconds), t_ns=t_ns, t_rx_ns=t_ns)])
-    assert sum("no ping for" in problem for problem in worker.problems()) == told
+    assert sum("no ping for" in problem for problem in worker.problems()) == reported

@@ -67,7 +67,7 @@ def test_bytes_go_both_ways_unchanged(server: socket.socket) -> None:
     far.close()
 
 
-def test_a_closed_and_a_reset_connection_are_told_apart_and_made_again(server: socket.socket) -> None:
+def test_a_closed_and_a_reset_connection_are_distinguished_and_made_again(server: socket.socket) -> None:
     port = make_port(server)
     far = connected(port, server)
     far.close()

@@ -40,7 +40,7 @@ def test_poses_by_can_and_pings_by_serial_line_become_obstacles_for_a_planner_of
     assert any(abs(north - 40.0) < 3.0 and abs(east - 5.0) < 3.0 for north, east, _ in picture.positions)
 
 
-def test_a_user_outside_the_group_is_refused_and_told_so(life: Life) -> None:
+def test_a_user_outside_the_group_is_refused_and_reported_so(life: Life) -> None:
     picture = life.planner("stranger", patience_s=3.0)
     assert not picture.valid
     assert "no right to open" in picture.reasons[0]
@@ -107,16 +107,16 @@ def test_a_process_that_fails_on_a_broken_configuration_is_back_when_it_is_mende
     assert life.planner().valid
 
 
-def test_a_map_made_by_root_is_told_with_what_mends_it_and_is_then_used(life: Life) -> None:
+def test_a_map_made_by_root_is_reported_with_what_mends_it_and_is_then_used(life: Life) -> None:
     unit, path = "ods@tracker.service", "/var/lib/ods/map.sqlite"
     life.guest.run("systemctl", "stop", unit)
     life.guest.run("sh", "-c", f"chown root:root {path}*")
     life.guest.run("systemctl", "start", unit)
     life.wait_for(lambda: "belongs to root" in life.property_of(unit, "StatusText"))
-    told = life.property_of(unit, "StatusText").partition("; not read for ")[0]
-    assert f"{path} may not be written by user ods, as it belongs to root: as root, `chown ods {path}*`" in told
-    assert told in life.journal()
-    life.guest.run("sh", "-c", told.split("`")[1])
+    reported = life.property_of(unit, "StatusText").partition("; not read for ")[0]
+    assert f"{path} may not be written by user ods, as it belongs to root: as root, `chown ods {path}*`" in reported
+    assert reported in life.journal()
+    life.guest.run("sh", "-c", reported.split("`")[1])
     life.wait_for(lambda: life.property_of(unit, "StatusText") == "all is well")
 
 

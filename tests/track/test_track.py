@@ -86,7 +86,7 @@ def _lists(capsys: pytest.CaptureFixture[str], *arguments: object) -> list[dict[
 
 
 def _places(lists: list[dict[str, Any]]) -> list[list[list[float]]]:
-    return [[[o["id"], *np.round(o["position_ned"], 6)] for o in told["obstacles"]] for told in lists]
+    return [[[o["id"], *np.round(o["position_ned"], 6)] for o in reported["obstacles"]] for reported in lists]
 
 
 def test_scene_file_and_recording_give_the_same_lists(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -100,14 +100,14 @@ def test_scene_file_and_recording_give_the_same_lists(folder: Path, capsys: pyte
 
 def test_all_results_tell_the_same(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out, plot, movie = folder / "tracks.npz", folder / "plan.png", folder / "run.webp"
-    told = _lists(capsys, folder / "pings.npz", "--pings", ":12", "--out", out, "--plot", plot, "--movie", movie)
+    reported = _lists(capsys, folder / "pings.npz", "--pings", ":12", "--out", out, "--plot", plot, "--movie", movie)
     with np.load(out) as file:
         trk, t, numbers = file["trk"], file["t"], file["ping_number"]
-    assert numbers.tolist() == [line["ping_number"] for line in told] == list(range(12))
-    assert t * 1e9 == pytest.approx([line["t_ns"] for line in told])
+    assert numbers.tolist() == [line["ping_number"] for line in reported] == list(range(12))
+    assert t * 1e9 == pytest.approx([line["t_ns"] for line in reported])
     rows = [
         [scan, o["id"], *o["position_ned"][:2], *o["velocity_ned"][:2], o["radius_m"], 1]
-        for scan, line in enumerate(told)
+        for scan, line in enumerate(reported)
         for o in line["obstacles"]
     ]
     assert rows
@@ -186,9 +186,9 @@ def test_what_cannot_be_tracked_is_one_line(
     np.savez("images.npz", **{name: array for name, array in arrays.items() if name != "t"})
     np.savez("blind.npz", **{name: array for name, array in arrays.items() if name not in ("pos_ned", "quat")})
     assert main(["track", *arguments]) == (1 if "recording" in said else 2)
-    told = capsys.readouterr().err
-    assert said in told
-    assert told.count("\n") == 1
+    reported = capsys.readouterr().err
+    assert said in reported
+    assert reported.count("\n") == 1
 
 
 def test_detect_reads_recordings(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

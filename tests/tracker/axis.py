@@ -44,11 +44,11 @@ def predict(state: AxisState, dt: float, noise: float) -> AxisState:
 def update(state: AxisState, measured: Floats, noise_variance: Floats) -> AxisState:
     """Correct the states by a measured position each, (n,), with its variance, (n,)."""
     tables, n = _tables(state), len(state.position)
-    told: PositionMeasurement = fixes_of(
+    reported: PositionMeasurement = fixes_of(
         np.array([measured, measured]), np.array([noise_variance, noise_variance, np.zeros(n)])
     )
     heights, learned = np.zeros((len(Heights._fields), 2, n)), np.empty((len(Learned._fields), 2, n))
-    native.independent_update(tables, np.arange(n), told, heights, learned)
+    native.independent_update(tables, np.arange(n), reported, heights, learned)
     return AxisState(*tables[0][ROWS, 0])
 
 

@@ -39,12 +39,12 @@ def take_scan(
     evidence: what is not 0 of `ScanEvidence`; counts: of `ClutterStatistics`.
     """
     n, echo = tracks.shape[1], EchoSettings()
-    told = np.stack([np.full(n, 1.0) * evidence.get(name, 0.0) for name in ScanEvidence._fields])
+    reported = np.stack([np.full(n, 1.0) * evidence.get(name, 0.0) for name in ScanEvidence._fields])
     counted = np.full(n, echoes), np.full(n, confirmed), np.ones(n, bool) & hit
     given = echo.silence_rate, echo.return_rate, echo.loss_rate, echo.detection_probability
     known = np.zeros(LENGTH) if counts is None else counts
     since = dt, 1.0
-    native.existence_update(tracks, counted, (told, np.full(n, at_rest)), since, given, EVEN, known, MODEL)
+    native.existence_update(tracks, counted, (reported, np.full(n, at_rest)), since, given, EVEN, known, MODEL)
     return ExistenceTable(*tracks)
 
 

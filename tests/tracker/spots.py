@@ -10,7 +10,7 @@ from tests.tracker.samples import RATE_HZ, scan
 def told_after(
     wander_m: float, *, onset: float = 0.0, of_spots: float = 0.0, front: float = 0.0, rate_hz: float = RATE_HZ
 ) -> float:
-    """Return when it is told, s, among 20 spots that have an echo in one image of three for 10 s before it begins.
+    """Return when it is reported, s, among 20 spots that have an echo in one image of three for 10 s before it begins.
 
     onset, front: of its echoes; of_spots: the onset of theirs; rate_hz: the same images come so fast, and all times are
     those of `RATE_HZ`.

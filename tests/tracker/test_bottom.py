@@ -92,8 +92,12 @@ def test_without_an_altitude_nothing_is_said_and_nothing_left_out() -> None:
     assert bottom_below(pose) is None
     assert bottom_below(None) is None
     assert may_be_hit(seen, None, SETTINGS).all()
-    told = ObstacleLister(PlannerSettings(), MotionSettings(), SETTINGS).obstacles(seen)[0]
-    assert (told.bottom_probability, told.height_above_bottom_m, told.sigma_height_above_bottom_m) == (0.0, None, None)
+    reported = ObstacleLister(PlannerSettings(), MotionSettings(), SETTINGS).obstacles(seen)[0]
+    assert (reported.bottom_probability, reported.height_above_bottom_m, reported.sigma_height_above_bottom_m) == (
+        0.0,
+        None,
+        None,
+    )
     below = bottom_below(replace(pose, altitude_m=5.0, sigma_altitude_m=0.2))
     assert below is not None
     assert below.place.tolist() == [0.0, 0.0, 25.0]
@@ -104,9 +108,9 @@ def test_the_planner_hears_how_each_stands() -> None:
     seen = objects((10.0, -5.0, 24.9, 0.05), (10.0, -4.0, 20.0, 0.1))
     sharp, below = msgspec.structs.replace(SETTINGS, roughness_m=0.05), Bottom(BELOW.place, 0.05)
     stand = stand_of(seen, below, sharp)
-    told = ObstacleLister(PlannerSettings(), MotionSettings(), sharp).obstacles(seen, bottom=below)
-    assert [each.bottom_probability for each in told] == stand.bottom.tolist()
-    assert [each.height_above_bottom_m for each in told] == pytest.approx([0.1, 5.0])
-    assert [each.sigma_height_above_bottom_m for each in told] == stand.sigma_m.tolist()
+    reported = ObstacleLister(PlannerSettings(), MotionSettings(), sharp).obstacles(seen, bottom=below)
+    assert [each.bottom_probability for each in reported] == stand.bottom.tolist()
+    assert [each.height_above_bottom_m for each in reported] == pytest.approx([0.1, 5.0])
+    assert [each.sigma_height_above_bottom_m for each in reported] == stand.sigma_m.tolist()
     assert may_be_hit(seen, below, sharp).tolist() == [False, True]
     assert may_be_hit(seen, below, msgspec.structs.replace(sharp, list="all")).all()

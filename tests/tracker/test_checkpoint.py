@@ -131,7 +131,7 @@ def test_another_boot_begins_anew(folder: Folder, tmp_path: Path, monkeypatch: p
     assert (left.next_id, left.lost, left.mission, folder.complaints) == (None, False, None, [])
 
 
-def test_where_the_boot_cannot_be_told_it_begins_anew(folder: Folder, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_the_boot_cannot_be_reported_it_begins_anew(folder: Folder, monkeypatch: pytest.MonkeyPatch) -> None:
     """As in a sandbox without /proc/sys: the tracker could not start there."""
     monkeypatch.setattr(kept_file, "BOOT_ID", folder.folder / "hidden")
     for _ in range(2):
@@ -213,9 +213,9 @@ def test_objects_that_cannot_be_are_refused_or_harmless(which: int, place: int, 
         return
     for k in range(13, 20):
         other.step(scan(k, rng))
-    told = other.snapshot()
+    reported = other.snapshot()
     for name in ("position", "velocity", "radius", "sigma_position", "sigma_velocity", "existence", "covariance_ne"):
-        assert np.isfinite(getattr(told, name)).all()
+        assert np.isfinite(getattr(reported, name)).all()
 
 
 def test_a_folder_that_is_gone_or_full_is_an_error_and_leaves_the_old_file(folder: Folder, tmp_path: Path) -> None:
@@ -252,7 +252,7 @@ def test_a_disk_that_stalls_holds_up_no_list(folder: Folder, monkeypatch: pytest
     answers.set()
     while folder.files().read(101 * NS, 10.0).next_id != 71:
         time.sleep(0.01)
-    while True:  # the thread takes the next one as soon as it has told of the last one
+    while True:  # the thread takes the next one as soon as it has reported of the last one
         with contextlib.suppress(OSError):
             files.write(107 * NS, 77, None)
             break
@@ -263,9 +263,9 @@ def flown(tracker: MissionTracker, t_s: float) -> ObstacleList:
     """Let it track a ping that shows nothing; return the list."""
     t_ns, zeros = round(t_s * NS), (0.0, 0.0, 0.0)
     tracker.add_pose(Pose(round(10 * t_s), t_ns, t_ns, zeros, (1.0, *zeros), zeros, zeros, zeros))
-    told = tracker.track(Detections(round(10 * t_s), round(10 * t_s), t_ns, t_ns, t_ns, 1480.0, SECTOR, []), t_ns)
-    assert told is not None
-    return told.message
+    reported = tracker.track(Detections(round(10 * t_s), round(10 * t_s), t_ns, t_ns, t_ns, 1480.0, SECTOR, []), t_ns)
+    assert reported is not None
+    return reported.message
 
 
 @pytest.mark.parametrize(

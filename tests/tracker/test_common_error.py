@@ -27,7 +27,7 @@ AHEAD = np.array([[40.0, -12.0], [60.0, 20.0], [52.0, -25.0], [80.0, 9.0], [95.0
 
 
 class Wrong(NamedTuple):
-    """What is wrong with what the tracker hears."""
+    """What is wrong with what the tracker receives."""
 
     yaw: float = 0.0
     turn: float = 0.0

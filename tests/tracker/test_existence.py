@@ -44,8 +44,8 @@ def test_existence_stays_a_probability(seed: int, dt: float) -> None:
     take_scan(tracks, False, {"watched": watched}, dt=dt, echoes=int(rng.integers(1, 1000)))
     assert (named.nothing >= before - 1e-12).all()  # time alone gives no life
     of_echo = {"onset": 2.0 * rng.random(n), "leading_edge": rng.random(n), "llr": rng.normal(0.0, 50.0, n)}
-    told = {"watched": watched, "expected": 0.9 * watched, **of_echo}
-    take_scan(tracks, rng.random(n) < 0.5, told, at_rest=rng.random())
+    reported = {"watched": watched, "expected": 0.9 * watched, **of_echo}
+    take_scan(tracks, rng.random(n) < 0.5, reported, at_rest=rng.random())
     np.testing.assert_allclose(tracks[:4].sum(axis=0), 1.0)
     assert (tracks[:4] >= 0.0).all()
 
@@ -54,12 +54,12 @@ def test_bayes_by_hand() -> None:
     """Prior 0.2 visible, 0.3 silent, 0.4 nothing, 0.1 clutter; 3 of 4 scans had an echo, and an echo is 9 times as
     likely from the object at its setting of 0.9. To the silent object an echo is a false alarm: no proof against it.
     """
-    told = {"llr": math.log(9.0), "watched": 1.0, "expected": ECHO.detection_probability}
+    reported = {"llr": math.log(9.0), "watched": 1.0, "expected": ECHO.detection_probability}
     b = (3.0 + M.object_scans * M.object_hit_rate) / (4.0 + M.object_scans)
     s = (3.0 + M.clutter_scans * M.clutter_hit_rate) / (4.0 + M.clutter_scans)
     for hit, of_object, of_clutter in ((True, 1.0 - b + 10.0 * b, 1.0 - s + 10.0 * s), (False, 1.0 - b, 1.0 - s)):
         tracks = table(visible=0.2, silent=0.3, nothing=0.4, clutter=0.1, hits=3.0, scans=4.0)
-        take_scan(tracks, hit, told)
+        take_scan(tracks, hit, reported)
         expected = np.array([0.2 * of_object, 0.3, 0.4, 0.1 * of_clutter])
         np.testing.assert_allclose(tracks[:4, 0], expected / expected.sum())
 
@@ -72,8 +72,8 @@ def test_many_scans_prove_what_the_beta_binomial_law_says(hits: int, scans: int,
     counts[ECHOES] = 1e6 if crowded else 0.0
     for hit in np.random.default_rng(1).permutation(np.arange(scans) < hits).tolist():
         # 1e6 times as likely as a false alarm, which then is no other explanation; so soon that nothing else happens
-        told = {"llr": math.log(1e6), "watched": 1.0, "expected": ECHO.detection_probability}
-        judged = take_scan(tracks, hit, told, dt=1e-9, counts=counts)
+        reported = {"llr": math.log(1e6), "watched": 1.0, "expected": ECHO.detection_probability}
+        judged = take_scan(tracks, hit, reported, dt=1e-9, counts=counts)
 
     def log_law(share: float, weight: float) -> float:
         a, b = weight * share, weight * (1.0 - share)
@@ -207,15 +207,15 @@ def test_motion_is_for_an_object_and_never_against_one() -> None:
         assert judged.motion_ratio[0] == pytest.approx(ratio)
 
 
-def told(onset: float) -> float:
+def reported(onset: float) -> float:
     return told_after(0.1, onset=onset, of_spots=3.0 * M.sharp)
 
 
-def test_what_sets_in_sharply_is_told_sooner_and_what_begins_slowly_later() -> None:
-    assert told(0.8 * M.sharp) + 0.3 < told(0.0) < told(2.0 * M.sharp) - 0.3
+def test_what_sets_in_sharply_is_reported_sooner_and_what_begins_slowly_later() -> None:
+    assert reported(0.8 * M.sharp) + 0.3 < reported(0.0) < reported(2.0 * M.sharp) - 0.3
 
 
-def test_what_sets_in_as_an_object_does_is_told_sooner_and_a_crest_later() -> None:
+def test_what_sets_in_as_an_object_does_is_reported_sooner_and_a_crest_later() -> None:
     untold = told_after(0.1)
     assert told_after(0.1, front=0.99) + 0.3 < untold
     assert untold + 0.3 < told_after(0.1, front=0.02) < 10.0

@@ -56,6 +56,6 @@ def test_a_flood_of_poses_leaves_the_lists_valid() -> None:
         lists = [m for m in chain.lists[first:] if m.ping_number >= 0]
         wrong = [m.reasons for m in lists if any("pose" in reason for reason in m.reasons)]
         print(f"{len(lists)} lists, {len(wrong)} without a pose")
-        assert len(wrong) <= max(5, len(lists) // 5)  # until the flood is heard
+        assert len(wrong) <= max(5, len(lists) // 5)  # until the flood is received
         assert chain.health is not None
         assert chain.health.counters["pose_thinned"] > 10_000

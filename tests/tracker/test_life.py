@@ -77,7 +77,7 @@ def test_an_object_only_walks_along_the_arrows(plan: list[tuple[str, int]]) -> N
 
 @pytest.mark.parametrize("images", [1, 7])
 def test_objects_outlive_a_drop_out_of_a_second(images: int) -> None:
-    """All echoes stay away at once; after it the same objects are told."""
+    """All echoes stay away at once; after it the same objects are reported."""
     tracker, rows = Tracker(TrackerSettings()), [(30.0 + 10 * i, 0.2 * i - 0.4, 1.0) for i in range(4)]
     for k in range(30 + images):
         tracker.step(scan(k / 7, np.zeros(3), 0.0, rows if k < 20 or k >= 20 + images else []))

@@ -29,7 +29,7 @@ def mission() -> MissionTracker:
     return MissionTracker(CONFIG, InputMonitor(0, (), lambda _: ""), VehicleUtc(0, UTC_AHEAD_NS, "clock"))
 
 
-def told(tracker: MissionTracker, t_ns: int, made_ns: int) -> ObstacleList:
+def reported(tracker: MissionTracker, t_ns: int, made_ns: int) -> ObstacleList:
     """Return the list of a ping sent at `t_ns`, half-way between two poses of a vehicle that goes east at 2 m/s."""
     east = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
     for seq, off_ns in enumerate((-NS // 20, NS // 20)):
@@ -45,7 +45,7 @@ def told(tracker: MissionTracker, t_ns: int, made_ns: int) -> ObstacleList:
 
 
 def test_the_list_tells_all_that_a_planner_elsewhere_needs() -> None:
-    picture = told(mission(), 5 * NS, 5 * NS + 70_000_000)
+    picture = reported(mission(), 5 * NS, 5 * NS + 70_000_000)
     assert picture.frame == "ned"
     assert picture.site == Site(57.5, 10.25)
     assert picture.sector == SECTOR
@@ -70,7 +70,7 @@ def test_what_is_not_known_is_none() -> None:
 
 
 def test_lists_of_before_are_still_read_and_new_ones_by_readers_of_before() -> None:
-    picture = told(mission(), 5 * NS, 5 * NS)
+    picture = reported(mission(), 5 * NS, 5 * NS)
     raw = msgspec.msgpack.decode(msgspec.msgpack.encode(picture))
     for name in ("made_utc_ns", "frame", "site", "pose", "head", "sector", "processed_ranges_m"):
         del raw[name]

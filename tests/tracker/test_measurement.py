@@ -70,19 +70,19 @@ def test_the_place_at_every_height_of_the_fan() -> None:
     distance, bearing = 50.0, math.radians(25.0)
     for roll, pitch in ((0.0, 0.0), (0.0, 0.17), (0.1, -0.35), (-0.2, 0.3)):
         where = vehicle([3.0, -2.0, 4.0], [roll, pitch, 0.6])
-        told = position_measurement(one_echo(distance, bearing), where, HALF_VERTICAL)
+        reported = position_measurement(one_echo(distance, bearing), where, HALF_VERTICAL)
         for elevation in np.linspace(-HALF_VERTICAL, HALF_VERTICAL, 9):
             place = arc_at(where, distance, bearing, elevation)
-            lower = place[2] - told.height[0]
-            found = told.position[:2, 0] + told.sensitivity[HEIGHT, :, 0] * lower
-            found = found + told.sensitivity[BEND, :, 0] * lower**2
+            lower = place[2] - reported.height[0]
+            found = reported.position[:2, 0] + reported.sensitivity[HEIGHT, :, 0] * lower
+            found = found + reported.sensitivity[BEND, :, 0] * lower**2
             np.testing.assert_allclose(found, place[:2], atol=0.002 * distance)
         # The tangent and its bend are those of the arc, by differences of points close together.
         arc = [arc_at(where, distance, bearing, e) for e in (-1e-3, 0.0, 1e-3)]
         slopes = [(arc[i + 1][:2] - arc[i][:2]) / (arc[i + 1][2] - arc[i][2]) for i in range(2)]
-        np.testing.assert_allclose(0.5 * (slopes[0] + slopes[1]), told.sensitivity[HEIGHT, :, 0], atol=1e-5)
+        np.testing.assert_allclose(0.5 * (slopes[0] + slopes[1]), reported.sensitivity[HEIGHT, :, 0], atol=1e-5)
         bend = (slopes[1] - slopes[0]) / (arc[2][2] - arc[0][2])
-        np.testing.assert_allclose(bend, told.sensitivity[BEND, :, 0], atol=1e-5)
+        np.testing.assert_allclose(bend, reported.sensitivity[BEND, :, 0], atol=1e-5)
 
 
 def arc_at(where: Vehicle, distance: float, bearing: float, elevation: float) -> Floats:
@@ -96,13 +96,13 @@ def test_an_echo_is_taken_in_where_its_object_should_be() -> None:
     """An object expected 3 m farther left: along the tangent there, with the ellipse of there, not of the echo."""
     where, place = vehicle([0, 0, 0], [0, 0, 0]), np.array([[50.0], [-3.0], [0.0]])
     expected = predicted_measurement(place, 1e-6 * np.ones((3, 1)), np.zeros(1), where)
-    told = position_measurement(one_echo(50.5, 0.0, sigma_bearing=0.03), where, HALF_VERTICAL, expected.table)
+    reported = position_measurement(one_echo(50.5, 0.0, sigma_bearing=0.03), where, HALF_VERTICAL, expected.table)
     distance, bearing = math.hypot(50.0, 3.0), math.atan2(-3.0, 50.0)
     ahead = np.array([math.cos(bearing), math.sin(bearing)])
     aside = np.array([-math.sin(bearing), math.cos(bearing)])
-    np.testing.assert_allclose(told.position[:2, 0], 50.5 * ahead - distance * bearing * aside, atol=1e-3)
+    np.testing.assert_allclose(reported.position[:2, 0], 50.5 * ahead - distance * bearing * aside, atol=1e-3)
     noise = np.outer(ahead, ahead) * 0.1**2 + np.outer(aside, aside) * (distance * 0.03) ** 2
-    told_noise = [told.variance_north[0], told.variance_east[0], told.covariance_ne[0]]
+    told_noise = [reported.variance_north[0], reported.variance_east[0], reported.covariance_ne[0]]
     np.testing.assert_allclose(told_noise, [noise[0, 0], noise[1, 1], noise[0, 1]], rtol=1e-3)
 
 
@@ -110,39 +110,41 @@ def test_a_wide_beam_does_not_make_ranges_too_long() -> None:
     """The middle of 400,000 places seen with 3 deg of noise, and the range expected of that middle."""
     rng, distance, sigma = np.random.default_rng(4), 100.0, math.radians(3.0)
     where = vehicle([0, 0, 0], [0, 0, 0])
-    told = position_measurement(one_echo(distance, 0.0, sigma_bearing=sigma), where, HALF_VERTICAL)
+    reported = position_measurement(one_echo(distance, 0.0, sigma_bearing=sigma), where, HALF_VERTICAL)
     azimuth = sigma * rng.standard_normal(400_000)
-    np.testing.assert_allclose(told.position[0, 0], np.mean(distance * np.cos(azimuth)), atol=1e-3)
-    variance = np.array([[told.variance_north[0]], [told.variance_east[0]], [0.0]])
+    np.testing.assert_allclose(reported.position[0, 0], np.mean(distance * np.cos(azimuth)), atol=1e-3)
+    variance = np.array([[reported.variance_north[0]], [reported.variance_east[0]], [0.0]])
     np.testing.assert_allclose(variance[0, 0], 0.1**2 + np.var(distance * np.cos(azimuth)), rtol=0.02)
     np.testing.assert_allclose(variance[1, 0], np.var(distance * np.sin(azimuth)), rtol=0.02)
-    again = predicted_measurement(told.position, variance, told.covariance_ne, where)
+    again = predicted_measurement(reported.position, variance, reported.covariance_ne, where)
     np.testing.assert_allclose(again.rows.range_m[0], distance, atol=2e-3)
 
 
 def test_what_was_seen_alike_is_expected_alike_whatever_the_height() -> None:
     """The range of an object on the arc is known, however uncertain its place is; from elsewhere it is not."""
     here, there = vehicle([0, 0, 0], [0, 0.3, 0]), vehicle([0, 0, 0], [0, 0.0, 0])
-    told = position_measurement(one_echo(50.0, 0.3), here, HALF_VERTICAL)
-    place = np.vstack([told.position[:2], told.height])
+    reported = position_measurement(one_echo(50.0, 0.3), here, HALF_VERTICAL)
+    place = np.vstack([reported.position[:2], reported.height])
     variance = np.array([[1e-6], [1e-6], [25.0]])
-    again = predicted_measurement(place, variance, np.zeros(1), here, told.sensitivity[HEIGHT])
+    again = predicted_measurement(place, variance, np.zeros(1), here, reported.sensitivity[HEIGHT])
     np.testing.assert_allclose([again.rows.along[0], again.rows.across[0]], 0.0, atol=1e-4)
-    level = predicted_measurement(place, variance, np.zeros(1), there, told.sensitivity[HEIGHT])
+    level = predicted_measurement(place, variance, np.zeros(1), there, reported.sensitivity[HEIGHT])
     np.testing.assert_allclose(level.rows.along[0], again.rows.along[0], atol=1e-4)  # range is range, however it turns
-    moved = predicted_measurement(place, variance, np.zeros(1), vehicle([25.0, 0, 0], [0, 0.3, 0]), told.sensitivity[0])
+    moved = predicted_measurement(
+        place, variance, np.zeros(1), vehicle([25.0, 0, 0], [0, 0.3, 0]), reported.sensitivity[0]
+    )
     assert math.sqrt(moved.rows.along[0]) > 0.5
 
 
 def test_a_tilt_turns_aside_what_lies_lower() -> None:
     """By how much the place of an echo from below is another one, for a vehicle tilted about its line of sight."""
     tilt, nowhere_else = 1e-3, 1e-6
-    told = vehicle([0, 0, 0], [0, -0.4, 0], sigma_attitude=np.array([tilt, tilt, 0.0]))
+    reported = vehicle([0, 0, 0], [0, -0.4, 0], sigma_attitude=np.array([tilt, tilt, 0.0]))
     about_north = np.array(
         [[1.0, 0.0, 0.0], [0.0, math.cos(tilt), -math.sin(tilt)], [0.0, math.sin(tilt), math.cos(tilt)]]
     )
-    tilted = told._replace(rotation=about_north @ told.rotation)
-    here, there = (position_measurement(one_echo(50.0, 0.0), each, nowhere_else) for each in (told, tilted))
+    tilted = reported._replace(rotation=about_north @ reported.rotation)
+    here, there = (position_measurement(one_echo(50.0, 0.0), each, nowhere_else) for each in (reported, tilted))
     moved = there.position[:2, 0] - here.position[:2, 0]
     assert abs(moved[1]) == pytest.approx(50.0 * math.sin(0.4) * tilt, rel=1e-3)
     np.testing.assert_allclose(np.abs(here.sensitivity[ATTITUDE, :, 0]), np.abs(moved), rtol=1e-3, atol=1e-6)
@@ -151,11 +153,11 @@ def test_a_tilt_turns_aside_what_lies_lower() -> None:
 def test_line_of_sight_turns_as_the_place_moves() -> None:
     """Its azimuth by small differences, before a vehicle that pitches and rolls."""
     where, small = vehicle([5.0, 6.0, 7.0], [0.2, -0.3, 0.5]), 1e-6
-    told = position_measurement(one_echo(40.0, 0.4), where, HALF_VERTICAL)
-    north, east = told.position[:2, 0] - where.position[:2]
+    reported = position_measurement(one_echo(40.0, 0.4), where, HALF_VERTICAL)
+    north, east = reported.position[:2, 0] - where.position[:2]
     azimuth = math.atan2(east, north)
     by_north, by_east = math.atan2(east, north + small) - azimuth, math.atan2(east + small, north) - azimuth
-    np.testing.assert_allclose(told.azimuth[:, 0], np.array([by_north, by_east]) / small, rtol=1e-3)
+    np.testing.assert_allclose(reported.azimuth[:, 0], np.array([by_north, by_east]) / small, rtol=1e-3)
 
 
 def test_a_sensor_that_knows_nothing_breaks_nothing() -> None:
@@ -165,10 +167,10 @@ def test_a_sensor_that_knows_nothing_breaks_nothing() -> None:
         claims = 10.0 ** rng.uniform(-4.0, 4.0, 3)
         row = [10.0 ** rng.uniform(-1.0, 4.0), rng.uniform(-3, 3), rng.uniform(-1.5, 1.5), 1.0, *claims]
         where = vehicle(rng.uniform(-100, 100, 3).tolist(), rng.uniform(-1.5, 1.5, 3).tolist(), 0.3 * np.ones(3))
-        told = position_measurement(echoes_of(np.array([row]))[0], where, HALF_VERTICAL)
-        for name, field in told._asdict().items():
+        reported = position_measurement(echoes_of(np.array([row]))[0], where, HALF_VERTICAL)
+        for name, field in reported._asdict().items():
             assert np.isfinite(field).all(), name
-        nn, ee, ne = told.variance_north[0], told.variance_east[0], told.covariance_ne[0]
+        nn, ee, ne = reported.variance_north[0], reported.variance_east[0], reported.covariance_ne[0]
         assert nn > 0.0
         assert ee > 0.0
         assert abs(ne) < math.sqrt(nn * ee)
@@ -187,8 +189,8 @@ def test_the_noise_is_that_of_range_bearing_and_pose() -> None:
     noisy = vehicle([0, 0, 0], [0, 0, yaw], sigma_position, np.array([0.0, 0.0, sigma_yaw]))
     noisy = noisy._replace(noise=sigma_position)
     measured = position_measurement(one_echo(distance, bearing, sigma_bearing=0.01), noisy, HALF_VERTICAL)
-    told = [measured.variance_north[0], measured.covariance_ne[0], measured.variance_east[0]]
-    np.testing.assert_allclose(told, sample[[0, 0, 1], [0, 1, 1]], rtol=0.02)
+    reported = [measured.variance_north[0], measured.covariance_ne[0], measured.variance_east[0]]
+    np.testing.assert_allclose(reported, sample[[0, 0, 1], [0, 1, 1]], rtol=0.02)
 
 
 def test_prediction_is_the_inverse_of_eq_1() -> None:

@@ -108,12 +108,12 @@ def images_of(mounting: MountingSettings, place: Place) -> list[Detections]:
         (AHEAD, AHEAD, (0.0, 0.0)),
         (AHEAD, AT_ORIGIN, (-3.0, 0.0)),
     ],
-    ids=["tilted", "tilted, not told", "ahead", "ahead, not told"],
+    ids=["tilted", "tilted, not reported", "ahead", "ahead, not reported"],
 )
 def test_an_object_on_the_axis_from_image_to_obstacle_list(
     mounted: MountingSettings, believed: MountingSettings, wrong_m: tuple[float, float], tmp_path: Path
 ) -> None:
-    """Head 15 deg down, or 3 m ahead; the errors, ahead and down, are those found when it could not be told."""
+    """Head 15 deg down, or 3 m ahead; the errors, ahead and down, are those found when it could not be reported."""
     body = Rotation.from_euler("Z", HEADING_DEG, degrees=True)
     place = in_world(mounted, 50.0, 0.0, 0.0, body)
     ahead, right, down = body.inv().apply(Desk(believed, tmp_path).place(images_of(mounted, place), body) - place)
@@ -147,15 +147,15 @@ def test_any_echo_of_any_head_is_where_it_should_be(
     vehicle = vehicle_at(head.position_ned, head.attitude, head.sigma_position, head.sigma_attitude)
     assert vehicle is not None
     distance_m, bearing, elevation = echo
-    told = Detection(distance_m, bearing, 0.5, 9.0, 9.0, 9.0, 9, 1.0, 0.1, 0.1, 1e-4, 0.1, elevation_rad=elevation)
-    found = position_measurement(echoes_of(echo_table_of([told]))[0], vehicle, 0.2).position[:, 0]
+    reported = Detection(distance_m, bearing, 0.5, 9.0, 9.0, 9.0, 9, 1.0, 0.1, 0.1, 1e-4, 0.1, elevation_rad=elevation)
+    found = position_measurement(echoes_of(echo_table_of([reported]))[0], vehicle, 0.2).position[:, 0]
     np.testing.assert_allclose(found, in_world(settings, distance_m, bearing, elevation, body), atol=1e-3)
 
 
 def test_a_lever_adds_what_attitude_errors_do_to_it() -> None:
     buffer = PoseBuffer(2, 0.1)
-    told = pose_at(0, Rotation.identity())
-    buffer.insert(Pose(0, 0, 0, VEHICLE_NED, told.attitude, EXACT, (0.1, 0.1, 0.1), (0.02, 0.02, 0.05)))
+    reported = pose_at(0, Rotation.identity())
+    buffer.insert(Pose(0, 0, 0, VEHICLE_NED, reported.attitude, EXACT, (0.1, 0.1, 0.1), (0.02, 0.02, 0.05)))
     head = head_of(buffer.at(0), Mounting(AHEAD))
     assert head is not None
     np.testing.assert_allclose(head.sigma_position, [0.1, math.hypot(0.1, 0.15), math.hypot(0.1, 0.06)])

@@ -79,17 +79,17 @@ steps = st.lists(st.tuples(st.floats(0.0, 30.0), st.one_of(st.none(), fixes)), m
 
 def begun(filters: InteractingModels, places: Floats, noise: Floats) -> Floats:
     """Append objects; return (hypotheses, FACTORS, k) states and factors: a view until more are appended."""
-    told = fixes_of(places, noise)
-    filters.append(NewPlaces(places, noise[:2], noise[2], told.sensitivity))
+    reported = fixes_of(places, noise)
+    filters.append(NewPlaces(places, noise[:2], noise[2], reported.sensitivity))
     table: Floats = filters.tables()[0].table
     return table
 
 
-def correct(filters: InteractingModels, told: PositionMeasurement, since_s: float = 0.0) -> None:
+def correct(filters: InteractingModels, reported: PositionMeasurement, since_s: float = 0.0) -> None:
     """Take one measurement of each object, whose heights are known."""
-    count = len(told.height)
+    count = len(reported.height)
     heights = Named(Heights, np.zeros((5, 2, count)))
-    filters.update(np.arange(count), told, np.full(count, since_s), heights)
+    filters.update(np.arange(count), reported, np.full(count, since_s), heights)
 
 
 @settings(max_examples=100, deadline=None)
@@ -108,17 +108,17 @@ def test_the_factored_form_equals_the_matrix_form(
         textbook.predict(dt, noise)
         if fix:
             where, r = np.array(fix[:2]), noise_of(*fix[2:])
-            told = fixes_of(where[:, None], r[[0, 1, 0], [0, 1, 1], None])
-            # A derivative that is the state, and is told the place, follows with the same gain.
-            leaning[:], told.sensitivity[ATTITUDE, :, 0] = s[:STATE], where
-            correct(filters, told)
+            reported = fixes_of(where[:, None], r[[0, 1, 0], [0, 1, 1], None])
+            # A derivative that is the state, and is reported the place, follows with the same gain.
+            leaning[:], reported.sensitivity[ATTITUDE, :, 0] = s[:STATE], where
+            correct(filters, reported)
             textbook.update(where, r)
             np.testing.assert_allclose(leaning, s[:STATE], rtol=1e-12, atol=1e-12)
     truth = textbook.p.astype(np.float64)
     scale = np.sqrt(np.outer(np.diag(truth), np.diag(truth)))
     assert (np.abs(covariance_of(s) - truth) <= 1e-8 * scale).all()
     np.testing.assert_allclose(s[:STATE, 0], textbook.x.astype(np.float64), rtol=1e-7, atol=1e-6)
-    # What is told of parts of the state is that of the whole.
+    # What is reported of parts of the state is that of the whole.
     state, (velocity, velocity_variance) = filters.state(), filters.velocity()
     np.testing.assert_array_equal([*state.position[1, :, 0], *velocity[:, 0]], s[:STATE, 0])
     told_variances = *state.variance[1, :, 0], state.covariance_ne[1, 0]

@@ -30,7 +30,7 @@ def head_at(t_ns: int, yaw_rad: float = 0.0, speed: float = 1.0) -> PoseEstimate
 def echo(
     head: PoseEstimate, north: float, east: float, azimuth: float = 0.0, length: float = 0.5, near: float | None = None
 ) -> Detection:
-    """A strip at a place, `azimuth` its direction, as the head (level, yaw 0) hears it."""
+    """A strip at a place, `azimuth` its direction, as the head (level, yaw 0) receives it."""
     bearing = math.atan2(east - head.position_ned[1], north - head.position_ned[0])
     distance = math.hypot(north - head.position_ned[0], east - head.position_ned[1])
     return Detection(
@@ -74,7 +74,7 @@ def looks(outlines: Outlines, echoes_at: EchoesAt, *objects: Thing, count: int =
     return (count - 1) * PERIOD_NS
 
 
-def test_a_wall_heard_in_two_parts_is_one_strip() -> None:
+def test_a_wall_received_in_two_parts_is_one_strip() -> None:
     wall, outlines = (7, 50.0, 5.0, 10.0), Outlines()
     azimuth = math.radians(60.0)
     step = np.array([math.cos(azimuth), math.sin(azimuth)])
@@ -113,7 +113,7 @@ def test_extents_turn_with_the_head_and_with_the_fan(yaw: float) -> None:
 
 
 def test_an_echo_comes_back_to_a_head_that_has_gone_on() -> None:
-    """Ahead at 30 m from where the ping was sent, heard at 2 m/s: 2 * 30 m / 1500 m/s later, 0.04 m nearer."""
+    """Ahead at 30 m from where the ping was sent, received at 2 m/s: 2 * 30 m / 1500 m/s later, 0.04 m nearer."""
     head = head_at(0, speed=2.0)
     seen = seen_from(head, [echo(head, 30.0 - 0.04, 0.0, near=28.0)], 0.0, 1500.0)
     assert seen.place[0] == pytest.approx([30.0, 0.0], abs=1e-3)
@@ -182,11 +182,11 @@ def test_half_of_what_echoes_claim_no_number_of_them_takes_away(cut: bool) -> No
     outlines, thing = Outlines(), (7, 1.8, 50.0, 2.0)
     claims = {"sigma_range_m": 2.0, "sigma_radius_m": 1.0, "cut": cut}
     looks(outlines, lambda head: [msgspec.structs.replace(echo(head, *thing[1:3]), **claims)], thing)
-    told = outlines.covering(snapshot(thing))
+    reported = outlines.covering(snapshot(thing))
     along, radius = (0.1, 0.2) if cut else (math.hypot(0.1, 1.0), math.hypot(0.2, 0.5))
-    np.testing.assert_allclose(told.sigma_position[:, 0], (0.1, along, 0.1), atol=1e-3)
-    assert told.sigma_radius[0] == pytest.approx(radius)
-    assert told.covariance_ne[0] == pytest.approx(0.0, abs=1e-3)
+    np.testing.assert_allclose(reported.sigma_position[:, 0], (0.1, along, 0.1), atol=1e-3)
+    assert reported.sigma_radius[0] == pytest.approx(radius)
+    assert reported.covariance_ne[0] == pytest.approx(0.0, abs=1e-3)
 
 
 @given(st.integers(0, 2**32 - 1))

@@ -57,12 +57,12 @@ def test_what_the_sonar_cannot_see_of_a_shape_stays_uncertain() -> None:
 
 
 def test_what_ended_is_said_in_several_lists_unless_it_comes_back() -> None:
-    told = lister(announce_ended=3)
-    told.end(snapshot(1, 2))
+    reported = lister(announce_ended=3)
+    reported.end(snapshot(1, 2))
     lists = [
-        told.obstacles(snapshot(5)),
-        told.obstacles(snapshot(2, 5)),
-        *(told.obstacles(snapshot(5)) for _ in "ab"),
+        reported.obstacles(snapshot(5)),
+        reported.obstacles(snapshot(2, 5)),
+        *(reported.obstacles(snapshot(5)) for _ in "ab"),
     ]
     states = [[(o.id, o.state) for o in one if o.id != 5] for one in lists]
     assert states == [
@@ -89,9 +89,9 @@ def test_no_number_that_is_not_finite_gets_out() -> None:
     bad = snapshot(1, 2, 3)
     bad.position[0, 1] = np.nan
     bad.sigma_velocity[1, 2] = np.inf
-    told = lister()
-    assert [o.id for o in told.obstacles(bad)] == [1]
-    assert told.counters == {"obstacle_not_finite": 2}
+    reported = lister()
+    assert [o.id for o in reported.obstacles(bad)] == [1]
+    assert reported.counters == {"obstacle_not_finite": 2}
 
 
 def test_a_late_joiner_has_the_full_picture_in_one_list() -> None:
@@ -174,27 +174,31 @@ def test_an_empty_list_just_after_the_start_is_not_relied_on() -> None:
         ),
     ],
 )
-def test_silence_is_told(seconds: float, reasons: list[str]) -> None:
+def test_silence_is_reported(seconds: float, reasons: list[str]) -> None:
     assert monitor().reasons(round(seconds * NS), pose_known=True) == reasons
 
 
 def test_problems_of_others_are_passed_on() -> None:
-    told = monitor()
-    told.health(health("nav", 9.9, "the INS is silent", "CAN bus off"))
-    told.health(health("sonar", 9.9, ready=False))
-    assert told.reasons(10 * NS, pose_known=True) == ["sonar: not ready", "nav: the INS is silent", "nav: CAN bus off"]
+    reported = monitor()
+    reported.health(health("nav", 9.9, "the INS is silent", "CAN bus off"))
+    reported.health(health("sonar", 9.9, ready=False))
+    assert reported.reasons(10 * NS, pose_known=True) == [
+        "sonar: not ready",
+        "nav: the INS is silent",
+        "nav: CAN bus off",
+    ]
 
 
 def test_an_overload_is_the_first_reason_also_where_another_process_notices_it_first() -> None:
-    told = monitor()
-    told.health(health("sonar", 10.9, f"no ping for 1.2 s: {STARVED}"))
-    assert told.reasons(round(11.1 * NS), pose_known=True) == [STARVED, "no ping for 1.3 s", "no pose for 1.1 s"]
+    reported = monitor()
+    reported.health(health("sonar", 10.9, f"no ping for 1.2 s: {STARVED}"))
+    assert reported.reasons(round(11.1 * NS), pose_known=True) == [STARVED, "no ping for 1.3 s", "no pose for 1.1 s"]
 
 
 def test_an_ins_that_is_gone_is_one_reason() -> None:
-    told = monitor()
-    told.health(health("nav", 10.5, "no pose for 0.6 s: nothing comes on the line any more"))
-    assert told.reasons(round(10.6 * NS), pose_known=True) == [
+    reported = monitor()
+    reported.health(health("nav", 10.5, "no pose for 0.6 s: nothing comes on the line any more"))
+    assert reported.reasons(round(10.6 * NS), pose_known=True) == [
         "nav: no pose for 0.6 s: nothing comes on the line any more"
     ]
 
@@ -213,16 +217,16 @@ def test_before_anything_came() -> None:
 def test_a_list_just_after_sight_was_away_is_not_relied_on(away: str) -> None:
     """The sonar was off for a minute, muted, or its pings had no pose: what is in view now is not confirmed yet."""
     long = InputMonitor(0, (), why_ended)
-    told = {}
+    reported = {}
     for tenth in range(700):
         t_ns, gone = tenth * NS // 10, 20 <= tenth < 620
         long.pose(t_ns)
         if not (gone and away == "no ping"):
             long.ping(t_ns)
             long.observed(t_ns, float(gone and away == "unseen"), "why", pose_known=not (gone and away == "no pose"))
-        told[tenth] = long.reasons(t_ns, pose_known=True)
+        reported[tenth] = long.reasons(t_ns, pose_known=True)
     back = ["coverage has just come back: objects are still being confirmed"]
-    assert (told[19], told[620], told[629], told[631], told[699]) == ([], back, back, [], [])
+    assert (reported[19], reported[620], reported[629], reported[631], reported[699]) == ([], back, back, [], [])
 
 
 def test_a_gap_of_seconds_is_no_new_view() -> None:
@@ -236,41 +240,43 @@ def test_a_gap_of_seconds_is_no_new_view() -> None:
 
 def test_a_tracker_just_started_has_no_full_picture_yet() -> None:
     fresh = InputMonitor(0, (), why_ended)
-    told = []
+    reported = []
     for t_s in (1.0, 1.9, 2.1):
         fresh.ping(round(t_s * NS))
         fresh.pose(round(t_s * NS))
-        told.append(len(fresh.reasons(round(t_s * NS), pose_known=True)))
-    assert told == [1, 1, 0]
+        reported.append(len(fresh.reasons(round(t_s * NS), pose_known=True)))
+    assert reported == [1, 1, 0]
 
 
 @pytest.mark.parametrize(("period_s", "told_s"), [(0.07, 1.05), (0.15, 1.05), (0.5, 1.55), (1.0, 3.05)])
-def test_lists_of_a_sonar_that_pings_seldom_do_not_flap_and_its_silence_is_told(period_s: float, told_s: float) -> None:
+def test_lists_of_a_sonar_that_pings_seldom_do_not_flap_and_its_silence_is_reported(
+    period_s: float, told_s: float
+) -> None:
     """Each ping comes when its last echo is back, and lists go out 20 times a second."""
     seldom = InputMonitor(0, (), why_ended)
     pings = [period_s * k for k in range(round(20.0 / period_s))]
-    waiting, told = list(pings), {}
+    waiting, reported = list(pings), {}
     for number in range(500):
         t_s = 0.05 * number
         seldom.pose(round(t_s * NS))
         while waiting and waiting[0] + period_s <= t_s:
             seldom.ping(round(waiting.pop(0) * NS))
-        told[t_s] = seldom.reasons(round(t_s * NS), pose_known=True)
-    assert not any(reasons for t_s, reasons in told.items() if 5.0 < t_s < pings[-1] + told_s - 0.1)
-    assert all("no ping for" in reasons[0] for t_s, reasons in told.items() if t_s > pings[-1] + told_s)
+        reported[t_s] = seldom.reasons(round(t_s * NS), pose_known=True)
+    assert not any(reasons for t_s, reasons in reported.items() if 5.0 < t_s < pings[-1] + told_s - 0.1)
+    assert all("no ping for" in reasons[0] for t_s, reasons in reported.items() if t_s > pings[-1] + told_s)
 
 
 def test_an_object_seen_by_a_sonar_that_pings_seldom_has_three_pings_to_be_confirmed_by() -> None:
-    seldom, told = InputMonitor(0, (), why_ended), []
+    seldom, reported = InputMonitor(0, (), why_ended), []
     for second in range(6):
         seldom.ping(second * NS)
         seldom.pose(second * NS)
-        told.append(bool(seldom.reasons(second * NS, pose_known=True)))
-    assert told == [True, True, True, False, False, False]
+        reported.append(bool(seldom.reasons(second * NS, pose_known=True)))
+    assert reported == [True, True, True, False, False, False]
 
 
 def test_an_older_ping_does_not_make_the_newest_one_older() -> None:
-    told = monitor()
-    told.ping(NS)
-    told.pose(NS)
-    assert told.reasons(10 * NS, pose_known=True) == []
+    reported = monitor()
+    reported.ping(NS)
+    reported.pose(NS)
+    assert reported.reasons(10 * NS, pose_known=True) == []

@@ -41,9 +41,9 @@ def followed(
         if t_s >= appears_s:
             rows.append((place[0] + rng.normal(0, 0.1), place[1] + rng.normal(0, 0.008), 1.0))
         tracker.step(scan(t_s, HERE, 0.0, rows))
-        told = tracker.snapshot()
-        near = np.hypot(*(told.position[:2] - where[:, None])) < 2.0
-        for number in told.id[~near].tolist():
+        reported = tracker.snapshot()
+        near = np.hypot(*(reported.position[:2] - where[:, None])) < 2.0
+        for number in reported.id[~near].tolist():
             first.setdefault(number, t_s)
         found = min(found, t_s - appears_s) if near.any() and t_s >= appears_s else found
     return tracker, [number for number, t_s in first.items() if t_s > SETTLED_S], found

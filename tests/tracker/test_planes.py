@@ -19,9 +19,9 @@ UP = math.radians(20.0)
 
 
 def row(elevation: float = 0.0, strength: float = 20.0, **others: float) -> tuple[float, ...]:
-    told = {"range_m": 40.0, "bearing": 0.1, "radius": 1.0, "sigma_range": 0.2, "sigma_bearing": 0.01}
+    reported = {"range_m": 40.0, "bearing": 0.1, "radius": 1.0, "sigma_range": 0.2, "sigma_bearing": 0.01}
     echo = {"elevation": elevation, "strength": strength, "sigma_radius": 0.3, "cut": 0.0}
-    values = told | echo | {"half_vertical": 0.0, "onset": 0.0, "front": 0.0} | others
+    values = reported | echo | {"half_vertical": 0.0, "onset": 0.0, "front": 0.0} | others
     return tuple(values[name] for name in EchoRows._fields)
 
 
@@ -30,15 +30,15 @@ def merged(*rows: tuple[float, ...]) -> Floats:
     return one_a_body(echoes_of(np.array(rows))[0], HALF).table.T
 
 
-def test_a_body_heard_alike_is_between_its_planes() -> None:
+def test_a_body_received_alike_is_between_its_planes() -> None:
     one = row(0.0, 20.1, range_m=39.9)
     found = merged(row(UP, 20.0, range_m=40.2, bearing=0.12, radius=1.5, sigma_radius=0.4), one)
     assert found.shape == (1, len(EchoRows._fields))
-    told = dict(zip(EchoRows._fields, found[0].tolist(), strict=True))
-    assert told["elevation"] == pytest.approx(HALF, abs=0.002)
-    assert told["half_vertical"] == pytest.approx(0.5 * HALF, rel=0.01)
-    assert (told["radius"], told["sigma_radius"]) == (1.5, 0.4)
-    assert [told[name] for name in ("range_m", "bearing", "sigma_range", "sigma_bearing")] == [39.9, 0.1, 0.2, 0.01]
+    reported = dict(zip(EchoRows._fields, found[0].tolist(), strict=True))
+    assert reported["elevation"] == pytest.approx(HALF, abs=0.002)
+    assert reported["half_vertical"] == pytest.approx(0.5 * HALF, rel=0.01)
+    assert (reported["radius"], reported["sigma_radius"]) == (1.5, 0.4)
+    assert [reported[name] for name in ("range_m", "bearing", "sigma_range", "sigma_bearing")] == [39.9, 0.1, 0.2, 0.01]
 
 
 @given(louder_db=st.floats(-14.9, 14.9))

@@ -20,9 +20,9 @@ def pose(t_ns: int, place: Vector3, *, yaw: float = 0.0, speed: float = 1.0, sig
     )  # fmt: skip
 
 
-def heard(poses: list[Pose]) -> tuple[PoseSense, list[str]]:
+def received(poses: list[Pose]) -> tuple[PoseSense, list[str]]:
     sense = PoseSense()
-    return sense, [jump for jump in map(sense.hear, poses) if jump]
+    return sense, [jump for jump in map(sense.receive, poses) if jump]
 
 
 def course(
@@ -34,14 +34,14 @@ def course(
 
 
 def test_a_vehicle_under_way_makes_sense() -> None:
-    sense, jumps = heard(course(1000))
+    sense, jumps = received(course(1000))
     assert not jumps
     assert sense.reasons(10 * NS) == []
 
 
-def test_a_jump_is_told_once_and_for_a_second() -> None:
+def test_a_jump_is_reported_once_and_for_a_second() -> None:
     before = course(100)
-    sense, jumps = heard(before + course(100, begin_ns=NS, ahead_m=100.0))
+    sense, jumps = received(before + course(100, begin_ns=NS, ahead_m=100.0))
     assert jumps == ["the pose jumped by 100.0 m"]
     assert sense.reasons(NS + NS // 2) == [
         "the pose jumped by 100.0 m: objects seen before are at wrong positions now, and are dropped"
@@ -51,8 +51,8 @@ def test_a_jump_is_told_once_and_for_a_second() -> None:
 
 def test_a_jump_over_a_gap_counts_less_the_way_the_vehicle_may_have_made() -> None:
     gap = course(10), course(10, begin_ns=20 * NS)
-    assert not heard(gap[0] + gap[1])[1]
-    assert heard(gap[0] + course(10, begin_ns=20 * NS, ahead_m=100.0))[1]
+    assert not received(gap[0] + gap[1])[1]
+    assert received(gap[0] + course(10, begin_ns=20 * NS, ahead_m=100.0))[1]
 
 
 @pytest.mark.parametrize(("step_m", "jumps"), [(4.0, False), (10.0, True)])
@@ -60,20 +60,20 @@ def test_a_correction_that_noise_does_not_explain_is_a_jump_also_within_the_clai
     """Dead reckoning that was 10 m off gets a fix: what was tracked before lies 10 m elsewhere."""
     vague = [msgspec.structs.replace(p, sigma_position_ned=(10.0, 10.0, 1.0)) for p in course(200)]
     vague[100:] = [msgspec.structs.replace(p, position_ned=(p.position_ned[0] + step_m, 0.0, 0.0)) for p in vague[100:]]
-    assert bool(heard(vague)[1]) == jumps
+    assert bool(received(vague)[1]) == jumps
 
 
 def test_a_place_computed_once_a_second_is_no_jump() -> None:
     stairs = [pose(p.t_ns, (2.0 * (p.t_ns // NS), 0.0, 0.0), speed=2.0) for p in course(1000)]
-    sense, jumps = heard(stairs)
+    sense, jumps = received(stairs)
     assert not jumps
     assert sense.reasons(stairs[-1].t_ns) == []
 
 
-def test_a_heading_that_flips_is_told() -> None:
+def test_a_heading_that_flips_is_reported() -> None:
     north, south = course(100), course(100, begin_ns=NS)
     flipped = [msgspec.structs.replace(p, attitude=from_euler(0.0, 0.0, math.pi)) for p in south]
-    sense, jumps = heard(north + flipped)
+    sense, jumps = received(north + flipped)
     assert jumps == ["the pose turned by 180 deg within 0.01 s"]
     assert sense.reasons(NS + STEP_NS)
 
@@ -83,23 +83,23 @@ def test_a_fast_turn_through_south_is_none(rate_hz: int) -> None:
     turning = [
         pose(i * NS // rate_hz, (0.0, 0.0, 0.0), yaw=math.radians(90.0) * i / rate_hz) for i in range(5 * rate_hz)
     ]
-    assert not heard(turning)[1]
+    assert not received(turning)[1]
 
 
-def test_a_place_that_stands_still_under_way_is_told_until_it_moves() -> None:
+def test_a_place_that_stands_still_under_way_is_reported_until_it_moves() -> None:
     frozen = [pose(i * STEP_NS, (5.0, 0.0, 0.0)) for i in range(301)]
-    sense, _ = heard(frozen[:190])
+    sense, _ = received(frozen[:190])
     assert sense.reasons(frozen[189].t_ns) == []
-    sense, _ = heard(frozen)
+    sense, _ = received(frozen)
     assert sense.reasons(3 * NS) == [
         "the position of the INS has been constant for 3.0 s, although its velocity makes 3.0 m"
     ]
-    sense.hear(pose(3 * NS + STEP_NS, (8.0, 0.0, 0.0)))
+    sense.receive(pose(3 * NS + STEP_NS, (8.0, 0.0, 0.0)))
     assert sense.reasons(3 * NS + STEP_NS) == []
 
 
 def test_a_vehicle_at_rest_may_stand_still() -> None:
-    sense, _ = heard([pose(i * STEP_NS, (5.0, 0.0, 0.0), speed=0.0) for i in range(1000)])
+    sense, _ = received([pose(i * STEP_NS, (5.0, 0.0, 0.0), speed=0.0) for i in range(1000)])
     assert sense.reasons(10 * NS) == []
 
 
@@ -107,32 +107,32 @@ def test_poses_out_of_order_and_of_no_attitude_tell_nothing() -> None:
     mixed = course(100)
     mixed.insert(50, pose(0, (500.0, 0.0, 0.0)))
     mixed.insert(60, msgspec.structs.replace(mixed[61], attitude=(0.0, 0.0, 0.0, 0.0)))
-    assert not heard(mixed)[1]
+    assert not received(mixed)[1]
 
 
 def test_an_ins_that_is_still_aligning_is_not_relied_on() -> None:
-    sense, _ = heard([msgspec.structs.replace(p, sigma_attitude=(0.01, 0.01, math.pi)) for p in course(10)])
+    sense, _ = received([msgspec.structs.replace(p, sigma_attitude=(0.01, 0.01, math.pi)) for p in course(10)])
     assert sense.reasons(NS // 10) == [
         "the INS reports an attitude with a standard deviation of 180 deg: is it still aligning?"
     ]
-    sense.hear(msgspec.structs.replace(course(11)[-1], sigma_attitude=(0.01, 0.01, 0.1)))
+    sense.receive(msgspec.structs.replace(course(11)[-1], sigma_attitude=(0.01, 0.01, 0.1)))
     assert sense.reasons(NS // 10) == []
 
 
-def test_a_velocity_of_another_unit_is_told_until_it_is_right_again() -> None:
-    """Lists stay valid: objects are where they are told to be."""
+def test_a_velocity_of_another_unit_is_reported_until_it_is_right_again() -> None:
+    """Lists stay valid: objects are where they are reported to be."""
     in_kmh = [msgspec.structs.replace(p, velocity_body=(3.6, 0.0, 0.0)) for p in course(1010)]
-    sense, jumps = heard(in_kmh)
+    sense, jumps = received(in_kmh)
     assert not jumps
     assert "the position moved by 10.0, 0.0, 0.0 m within 10.0 s" in sense.disagreement
     assert sense.disagreement.endswith("is the velocity in km/h?")
     assert sense.reasons(in_kmh[-1].t_ns) == []
     for each in course(1010, begin_ns=11 * NS):
-        sense.hear(each)
+        sense.receive(each)
     assert sense.disagreement == ""
 
 
 def test_a_jump_is_no_wrong_unit() -> None:
-    sense, jumps = heard(course(600) + course(1200, begin_ns=6 * NS, ahead_m=100.0))
+    sense, jumps = received(course(600) + course(1200, begin_ns=6 * NS, ahead_m=100.0))
     assert jumps
     assert sense.disagreement == ""

@@ -165,11 +165,11 @@ def test_what_may_be_cut_off_counts_as_cut_off(rival: float, cut: bool) -> None:
     st.booleans(),
 )
 def test_heights_are_those_that_any_likely_plane_leaves_open(
-    planes: list[tuple[float, float, float]], told: bool
+    planes: list[tuple[float, float, float]], reported: bool
 ) -> None:
     """Against the hull of the openings of all echoes but those of a tenth of the best one's probability."""
     level, half, ratio = (np.array(column) for column in zip(*planes, strict=True))
-    half = half if told else np.zeros(len(planes))
+    half = half if reported else np.zeros(len(planes))
     found = hypotheses(np.zeros(len(planes), np.intp), np.arange(len(planes)), ratio)
     seen = echoes([(50.0, 0.0, 1.0)] * len(planes))
     seen.rows.elevation[:], seen.rows.half_vertical[:] = level, half
@@ -178,7 +178,7 @@ def test_heights_are_those_that_any_likely_plane_leaves_open(
     likely = ratio - ratio[best] >= math.log(0.1)
     assume(np.abs(ratio - ratio[best] - math.log(0.1)).min() > 1e-6)
     lowest, highest = (level - half)[likely].min(), (level + half)[likely].max()
-    expected = (0.5 * (lowest + highest), 0.5 * (highest - lowest)) if told else (level[best], 0.0)
+    expected = (0.5 * (lowest + highest), 0.5 * (highest - lowest)) if reported else (level[best], 0.0)
     assert (made.elevation[0], made.half_vertical[0]) == pytest.approx(expected, abs=1e-9)
 
 

@@ -26,10 +26,10 @@ def flown(scene: Scene, count: int) -> list[Step]:
 def test_the_list_tells_how_high_each_object_is() -> None:
     scene = shipped_scene()
     steps = flown(scene, 30)
-    told = steps[-1].list
-    assert len(told.obstacles) == 3
+    reported = steps[-1].list
+    assert len(reported.obstacles) == 3
     for item in scene.objects_at(29 * PERIOD_S).position_ned:
-        near = min(told.obstacles, key=lambda each: math.dist(each.position_ned, item))
+        near = min(reported.obstacles, key=lambda each: math.dist(each.position_ned, item))
         assert math.dist(near.position_ned, item) < 0.3
         assert near.position_ned[2] == pytest.approx(item[2], abs=max(0.1, 2.5 * near.sigma_position[2]))
         assert near.sigma_position[2] < 0.4
@@ -67,10 +67,10 @@ def clearance_of(scene: Scene) -> Clearance:
     )
     for number, ping in enumerate(pings_of(scene, 3)):
         t_ns = round(number * PERIOD_S * NS)
-        told = ObstacleList(
+        reported = ObstacleList(
             number, number, t_ns, t_ns, t_ns, valid=True, reasons=[], obstacles=[], pose=pose, head=pose
         )
-        made = keeper.after(told, chain.process(ping))
+        made = keeper.after(reported, chain.process(ping))
     return made
 
 
@@ -93,4 +93,4 @@ def test_a_body_beside_the_layer_leaves_the_water_at_its_height_clear_and_one_in
     within = clearance_of(scene_of(sphere(8.0, 0.4, 20.0, 0.5), bed_m=None))
     assert within.clear_to_m[0] < 7.6
     assert above.clear_to_m[3] > 12.0
-    assert above.nearest_m[0] == pytest.approx(7.5, abs=0.5)  # a planner hears of it all the same
+    assert above.nearest_m[0] == pytest.approx(7.5, abs=0.5)  # a planner receives of it all the same

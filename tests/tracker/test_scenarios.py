@@ -62,7 +62,7 @@ def test_radii_and_velocities_are_found(example: tuple[Course, Run]) -> None:
 
 
 def test_the_height_is_not_observed_and_the_tracker_knows(example: tuple[Course, Run]) -> None:
-    """The objects sink by 8 m, unseen; the true depth stays within two standard deviations told."""
+    """The objects sink by 8 m, unseen; the true depth stays within two standard deviations reported."""
     path, result = example
     k = 40 * 7
     picture = result.snapshots[k]
@@ -95,7 +95,7 @@ def test_a_static_field_is_mapped_exactly_and_does_not_move() -> None:
     assert set(last.state.tolist()) == {lifecycle.ACTIVE, lifecycle.HIBERNATED}
 
 
-def test_errors_are_as_large_as_told() -> None:
+def test_errors_are_as_large_as_reported() -> None:
     """Normalised squared errors of static objects anywhere in the fan's height: mean 2, in its 99.9 % band."""
     errors = []
     for seed in range(8):

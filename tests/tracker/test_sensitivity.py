@@ -75,9 +75,9 @@ def test_square_of_the_height_is_learned_as_by_one_large_filter() -> None:
     motion = MotionSettings(acceleration_noise=NOISE, static_noise=0.0)
     filters = InteractingModels(motion, [Model(NOISE, 1.0)])
     first, *others = fixes(12)
-    told = measurement(first)
-    noise = np.stack([told.variance_north, told.variance_east])
-    filters.append(NewPlaces(told.position[:2], noise, told.covariance_ne, told.sensitivity))
+    reported = measurement(first)
+    noise = np.stack([reported.variance_north, reported.variance_east])
+    filters.append(NewPlaces(reported.position[:2], noise, reported.covariance_ne, reported.sensitivity))
     large = LargeFilter(first, 0.0), LargeFilter(first, motion.velocity_sigma**2)
     square, variance, zero = np.zeros((2, 1)), np.full((2, 1), SQUARE_VARIANCE), np.zeros((2, 1))
     for fix in others:
@@ -106,11 +106,11 @@ def test_what_a_climb_does_to_the_estimate_is_the_derivative_by_it() -> None:
     level, climbing = (InteractingModels(MotionSettings(), [Model(NOISE, 1.0)]) for _ in range(2))
     count = 10
     for k in range(count):
-        told = measurement((np.zeros(2), 0.1 * np.eye(2), np.zeros(2)))
-        told.sensitivity[HEIGHT, :, 0] = slope = rng.standard_normal(2)
-        moved = told._replace(position=told.position.copy())
+        reported = measurement((np.zeros(2), 0.1 * np.eye(2), np.zeros(2)))
+        reported.sensitivity[HEIGHT, :, 0] = slope = rng.standard_normal(2)
+        moved = reported._replace(position=reported.position.copy())
         moved.position[:2, 0] -= slope * climb * DT * (k + 1 - count)
-        for filters, fix in ((level, told), (climbing, moved)):
+        for filters, fix in ((level, reported), (climbing, moved)):
             if k == 0:
                 noise = np.stack([fix.variance_north, fix.variance_east])
                 filters.append(NewPlaces(fix.position[:2], noise, fix.covariance_ne, fix.sensitivity))

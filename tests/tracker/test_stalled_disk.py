@@ -30,7 +30,7 @@ SHIM = r"""
 #include <unistd.h>
 
 /* Calls on files whose name has "map.sqlite" wait while the file $DISK.stalled is there; writes fail, $DISK.full. */
-static int told(const char *what) {
+static int reported(const char *what) {
     char path[4096];
     snprintf(path, sizeof path, "%s.%s", getenv("DISK"), what);
     return access(path, F_OK) == 0;
@@ -40,7 +40,7 @@ static int of_map(int fd) {
     snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
     return readlink(link, path, sizeof path - 1) > 0 && strstr(path, "map.sqlite") != NULL;
 }
-static void wait_for_disk(void) { while (told("stalled")) usleep(10000); }
+static void wait_for_disk(void) { while (reported("stalled")) usleep(10000); }
 
 ssize_t pread64(int fd, void *data, size_t size, off_t at) {
     static ssize_t (*real)(int, void *, size_t, off_t);
@@ -53,7 +53,7 @@ ssize_t pwrite64(int fd, const void *data, size_t size, off_t at) {
     if (!real) real = dlsym(RTLD_NEXT, "pwrite64");
     if (of_map(fd)) {
         wait_for_disk();
-        if (told("full")) { errno = ENOSPC; return -1; }
+        if (reported("full")) { errno = ENOSPC; return -1; }
     }
     return real(fd, data, size, at);
 }

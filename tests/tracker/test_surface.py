@@ -68,15 +68,15 @@ def test_objects_that_run_alike_under_the_surface_are_waves_and_others_are_not()
 def test_what_is_no_field_of_waves(places: Floats, velocities: Floats, depth_m: float, why: str) -> None:
     waves = WaveFilter(SurfaceSettings())
     waves.among(seen(places, velocities), view(depth_m))
-    told = waves.among(seen(places, velocities, at_s=1.1), view(depth_m, at_s=1.1))
-    assert not told.any(), why
+    reported = waves.among(seen(places, velocities, at_s=1.1), view(depth_m, at_s=1.1))
+    assert not reported.any(), why
 
 
 @pytest.mark.parametrize(("count", "velocity", "held"), [(3, RUN, True), (2, RUN, False), (3, 0.5 * RUN, False)])
-def test_until_it_is_known_whether_more_run_alike_a_few_that_do_are_not_told(
+def test_until_it_is_known_whether_more_run_alike_a_few_that_do_are_not_reported(
     count: int, velocity: Floats, held: bool
 ) -> None:
-    """In the first second a sonar knows the velocities of three or four waves; a planner is not to hear of them."""
+    """In the first second a sonar knows the velocities of three or four waves; a planner is not to receive of them."""
     waves, resting = WaveFilter(SurfaceSettings()), np.zeros((1, 2))
     few = np.vstack([alike(count, velocity), resting])
 
@@ -140,7 +140,7 @@ def test_a_wave_that_is_not_seen_again_stays_one_until_the_map_has_it() -> None:
     assert waves.among(seen(PLACES, resting, at_s=9.2), view(at_s=9.2)).tolist() == [True, True, False, False, False]
 
 
-def test_where_there_are_waves_what_may_run_is_told_after_three_seconds() -> None:
+def test_where_there_are_waves_what_may_run_is_reported_after_three_seconds() -> None:
     waves = WaveFilter(SurfaceSettings())
     assert waves.among(seen(PLACES, alike(5)), view()).all()
 

@@ -105,10 +105,10 @@ def test_not_swept_parts_are_no_blind_ones() -> None:
 
 def test_a_list_is_valid_when_the_head_has_passed_by_each_object_four_times() -> None:
     fresh = InputMonitor(0, (), lambda _: "")
-    told = {}
+    reported = {}
     for second in range(50):
         fresh.ping(second * NS, 9.0)
         fresh.pose(second * NS)
-        told[second] = fresh.reasons(second * NS, pose_known=True)
-    assert all(told[second] for second in range(36))
-    assert not any(told[second] for second in range(36, 50))
+        reported[second] = fresh.reasons(second * NS, pose_known=True)
+    assert all(reported[second] for second in range(36))
+    assert not any(reported[second] for second in range(36, 50))

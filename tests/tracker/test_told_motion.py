@@ -65,9 +65,9 @@ def normalised(course: Course, seconds: float, run: int, observer: str) -> tuple
         rows[:, 0] = np.hypot(north, east) + SIGMA_RANGE * rng.standard_normal(COUNT)
         rows[:, 1] = np.arctan2(east, north) + SIGMA_BEARING * rng.standard_normal(COUNT)
         rows[:, 3:] = 1.0, SIGMA_RANGE, SIGMA_BEARING, 0.3
-        heard = rows[rng.random(COUNT) < 0.9]
+        received = rows[rng.random(COUNT) < 0.9]
         t_ns = round(k / RATE_HZ * NS)
-        tracker.step(Scan(t_ns, t_ns, vehicle, SECTOR, echoes_of(heard)[0]))
+        tracker.step(Scan(t_ns, t_ns, vehicle, SECTOR, echoes_of(received)[0]))
     now = nearest(tracker.snapshot(), np.array([north, east]))
     later = now.extrapolated(LEAD_S, TrackerSettings().motion)
     velocity = np.einsum("ijn,j->in", turn, course(seconds)[1])

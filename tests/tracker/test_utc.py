@@ -38,7 +38,7 @@ def test_ages_stay_when_utc_steps(before_ns: int, after_ns: int) -> None:
         t_ns = STARTED_NS + round(k / RATE_HZ * NS)
         seen = scan(k / RATE_HZ, np.array([0.0, 0.0, 4.0]), 0.0, [(40.0, 0.0, 1.0)])
         tracker.step(dataclasses.replace(seen, t_ns=t_ns, utc_ns=utc.at(t_ns)))
-    utc.hear(pose(t_ns, after_ns))
+    utc.receive(pose(t_ns, after_ns))
     moved = utc.follow(t_ns)
     assert moved is not None
     assert moved.step_ns == after_ns - before_ns
@@ -54,6 +54,6 @@ def test_ages_stay_when_utc_steps(before_ns: int, after_ns: int) -> None:
 def test_a_clock_that_is_slewed_is_followed_without_a_step() -> None:
     utc = VehicleUtc(STARTED_NS, RIGHT, "clock")
     for k in range(100):
-        utc.hear(pose(STARTED_NS, RIGHT + k * NS // 10))
+        utc.receive(pose(STARTED_NS, RIGHT + k * NS // 10))
         assert utc.follow(STARTED_NS) is None
     assert utc.at(STARTED_NS) == STARTED_NS + RIGHT + 99 * NS // 10

@@ -192,15 +192,15 @@ def test_whatever_comes_what_is_ignored_was_named(steps: list[tuple[list[Obstacl
     named: list[tuple[int, VetoRequest, Obstacle | None]] = []
     for present, requests, step_s in steps:
         now_ns += round(step_s * NS)
-        told = vetoes.marked(present, now_ns)
-        assert [msgspec.structs.replace(each, ignored_by=-1) for each in told] == present  # none is missing
-        for each in told:
+        reported = vetoes.marked(present, now_ns)
+        assert [msgspec.structs.replace(each, ignored_by=-1) for each in reported] == present  # none is missing
+        for each in reported:
             assert each.ignored_by < 0 or any(_names(*item, each, now_ns) for item in named)
         for request in requests:
             try:
                 if request.do == "ignore":
-                    vetoes.ignore(request, "anna", told, now_ns)
-                    was = next((each for each in told if each.id == request.id), None)
+                    vetoes.ignore(request, "anna", reported, now_ns)
+                    was = next((each for each in reported if each.id == request.id), None)
                     named.append((now_ns, request, was))
                 else:
                     vetoes.restore(request)

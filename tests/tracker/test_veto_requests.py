@@ -82,7 +82,7 @@ def test_the_author_is_the_name_of_the_key(desk: Desk) -> None:
     assert desk.authors == ["anna", "ben"]
 
 
-def test_who_has_no_key_a_strangers_or_only_a_listeners_is_not_heard(desk: Desk) -> None:
+def test_who_has_no_key_a_strangers_or_only_a_listeners_is_not_received(desk: Desk) -> None:
     anna = read_client_key(desk.keys.secret_of("anna"))
     listeners = KeyFolder(desk.keys.path, CLIENTS)
     listeners.make("planner")
@@ -141,19 +141,19 @@ def test_without_a_list_of_operators_there_is_no_socket(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_tracker_is_told_and_says_so_in_its_lists_and_goes_on_after_a_kill() -> None:
+def test_a_tracker_is_reported_and_says_so_in_its_lists_and_goes_on_after_a_kill() -> None:
     with played() as chain, zmq.Context() as context:
         keys = KeyFolder(chain.folder / "keys", OPERATORS)
         keys.make("anna")
-        chain.until(lambda told: good(told) and len(told.obstacles) == 2)
+        chain.until(lambda reported: good(reported) and len(reported.obstacles) == 2)
         near, far = sorted(chain.lists[-1].obstacles, key=lambda each: each.position_ned[0])
         with bus.Subscriber(context, chain.folder, ["veto-orders"]) as orders:
             held = _asked(chain, VetoRequest(do="ignore", id=near.id, reason="our buoy", for_s=600.0))
             assert [(each.id, each.author) for each in held] == [(near.id, "anna")]
-            told = chain.until(lambda each: any(one.ignored_by >= 0 for one in each.obstacles))
-            assert {one.id: one.ignored_by for one in told.obstacles} == {near.id: 0, far.id: -1}
-            assert told.valid
-            assert [(each.reason, each.until_ns) for each in told.vetoes] == [("our buoy", held[0].until_ns)]
+            reported = chain.until(lambda each: any(one.ignored_by >= 0 for one in each.obstacles))
+            assert {one.id: one.ignored_by for one in reported.obstacles} == {near.id: 0, far.id: -1}
+            assert reported.valid
+            assert [(each.reason, each.until_ns) for each in reported.vetoes] == [("our buoy", held[0].until_ns)]
             (order,) = [message for _, message in orders.receive(10.0)[0]]
             assert (order.author, order.request.id, order.refused) == ("anna", near.id, "")
 

@@ -269,7 +269,7 @@ def test_the_ins_stops_in_mid_epoch(rig: Rig) -> None:
 
 @pytest.mark.parametrize("ends_by", ["a restart", "a good frame"])
 def test_bus_off(rig: Rig, vcan0: str, ends_by: str) -> None:
-    """What a controller's driver tells, told by another socket, as vcan has no controller."""
+    """What a controller's driver tells, reported by another socket, as vcan has no controller."""
     names = ("can_error_frames", "can_bus_off", "can_recovered", "can_ignored")
     before = {name: rig.counter(name) for name in names}
     rig.ins.mute = True
@@ -289,8 +289,8 @@ def test_bus_off(rig: Rig, vcan0: str, ends_by: str) -> None:
     rig.ins.mute = False
     rig.is_well()
     counted = {name: rig.counter(name) - count for name, count in before.items()}
-    told = 3 if ends_by == "a restart" else 2
-    assert counted == {"can_error_frames": told, "can_bus_off": 1, "can_recovered": 1, "can_ignored": 0}
+    reported = 3 if ends_by == "a restart" else 2
+    assert counted == {"can_error_frames": reported, "can_bus_off": 1, "can_recovered": 1, "can_ignored": 0}
 
 
 def error_frame(classes: int, detail: int = 0) -> can.Message:
@@ -308,7 +308,7 @@ def emergencies(bus: can.BusABC) -> list[int]:
     return codes
 
 
-def test_an_emergency_is_told_and_taken_back(rig: Rig, vcan0: str) -> None:
+def test_an_emergency_is_reported_and_taken_back(rig: Rig, vcan0: str) -> None:
     with other_node(vcan0) as send:
         send(0x085, struct.pack("<HB5x", 0x4310, 0x09))
         rig.says("INS error 0x4310 (temperature)")

@@ -24,10 +24,10 @@ def test_a_frame_arrives_on_its_bus_alone_with_a_kernel_time_stamp(vcan0: str, v
         before_s = 1e-9 * clock.utc_ns()
         far.send(FRAME)
         after_s = 1e-9 * clock.utc_ns()
-        heard = near.recv(1.0)
-        assert heard is not None
-        assert heard.equals(FRAME, timestamp_delta=None, check_channel=False, check_direction=False)
-        assert before_s - 1e-6 <= heard.timestamp <= after_s  # stamped when it was sent, not when it was read
+        received = near.recv(1.0)
+        assert received is not None
+        assert received.equals(FRAME, timestamp_delta=None, check_channel=False, check_direction=False)
+        assert before_s - 1e-6 <= received.timestamp <= after_s  # stamped when it was sent, not when it was read
         assert other.recv(0.05) is None
 
 

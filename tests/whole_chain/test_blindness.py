@@ -1,4 +1,4 @@
-"""A sonar that pings but does not see, as processes: what the planner hears, how soon, and which objects stay."""
+"""A sonar that pings but does not see, as processes: what the planner receives, how soon, and which objects stay."""
 
 import tempfile
 from collections.abc import Iterator
@@ -68,7 +68,7 @@ def test_planner_hears_what_is_wrong_within_a_second_and_of_its_end(record: RunR
     parts = next(k for k, item in enumerate(during) if item.unseen)
     said = next(k for k, item in enumerate(during) if says(item, kind))
     healed = next(k for k, item in enumerate(after) if not item.unseen and not says(item, kind))
-    print(f"{kind}: parts told after {parts} pings, said after {said}, healed after {healed}")
+    print(f"{kind}: parts reported after {parts} pings, said after {said}, healed after {healed}")
     assert max(parts, said, healed) < SAID_WITHIN
     assert all(says(item, kind) and item.unseen_share > 0.4 for item in during[SAID_WITHIN:])
     assert {part.why for item in during for part in item.unseen} <= set(get_args(UnseenWhy))
@@ -76,7 +76,9 @@ def test_planner_hears_what_is_wrong_within_a_second_and_of_its_end(record: RunR
 
 
 @pytest.mark.timeout(300)
-def test_dead_beams_are_told_as_the_port_half_and_half_a_blind_sector_leaves_the_list_valid(record: RunRecord) -> None:
+def test_dead_beams_are_reported_as_the_port_half_and_half_a_blind_sector_leaves_the_list_valid(
+    record: RunRecord,
+) -> None:
     begin_s = BEGIN_S["dead_beams"]
     for item in lists_between(record, begin_s, begin_s + FAULT_S)[SAID_WITHIN:]:
         assert not any("no data" in reason for reason in item.reasons)

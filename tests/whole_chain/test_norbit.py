@@ -22,7 +22,7 @@ def free_ports() -> list[int]:
 
 
 @pytest.mark.timeout(300)
-def test_every_object_has_a_track_and_the_sonar_was_told_what_to_do() -> None:
+def test_every_object_has_a_track_and_the_sonar_obeys() -> None:
     with tempfile.TemporaryDirectory(prefix="ods-") as folder:
         images, commands = free_ports()
         shipped = load(CONFIG, BenchConfig)

@@ -17,7 +17,7 @@ CONFIG = Path(__file__).parents[2] / "config" / "bench-oculus.toml"
 
 
 @pytest.mark.timeout(300)
-def test_every_object_has_a_track_and_the_sonar_was_told_what_to_do() -> None:
+def test_every_object_has_a_track_and_the_sonar_obeys() -> None:
     with tempfile.TemporaryDirectory(prefix="ods-") as folder, socket.create_server(("127.0.0.1", 0)) as found:
         port = found.getsockname()[1]
         found.close()

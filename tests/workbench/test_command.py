@@ -35,7 +35,7 @@ def first_state(args: Namespace) -> State:
     return start.first_state(args, loaded_by(args))
 
 
-def test_files_folders_scenes_and_buses_are_told_apart(tmp_path: Path) -> None:
+def test_files_folders_scenes_and_buses_are_distinguished(tmp_path: Path) -> None:
     file = tmp_path / "pings.npz"
     file.touch()
     assert first_state(arguments()).data.kind == "none"
@@ -74,7 +74,7 @@ def test_a_bus_is_a_folder_that_may_yet_be_made(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "reported"),
     [
         (("no.npz",), "no.npz: no such file or folder"),
         (("--live", ".", "x.npz"), "--live: goes without a file"),
@@ -85,7 +85,7 @@ def test_a_bus_is_a_folder_that_may_yet_be_made(tmp_path: Path) -> None:
 )
 def test_errors_are_one_line(
     words: tuple[str, ...],
-    told: str,
+    reported: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -94,5 +94,5 @@ def test_errors_are_one_line(
     Path("bad.toml").write_text("[")
     assert main(["workbench", "--no-browser", *words]) == 2
     error = capsys.readouterr().err
-    assert error.startswith(f"ods workbench: {told.format(here=tmp_path)}")
+    assert error.startswith(f"ods workbench: {reported.format(here=tmp_path)}")
     assert error.count("\n") == 1

@@ -27,7 +27,7 @@ static void print_list(const void *bytes, size_t size) {
     fflush(stdout);
 }
 
-/* Why nothing is heard: ZeroMQ tries again and again without a word, also where it has no right to the socket. */
+/* Why nothing is received: ZeroMQ tries again and again without a word, also where it has no right to the socket. */
 static const char *why_silent(const char *socket_file) {
     if (access(socket_file, W_OK) == 0) return "the tracker is there, and silent";
     return errno == EACCES ? "no right to open the socket: join its group" : "no socket: does the tracker run?";

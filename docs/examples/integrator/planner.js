@@ -1,5 +1,5 @@
 // A planner in JavaScript without any package: the few parts of ZMTP 3.0 (rfc.zeromq.org/spec/23) and msgpack that it
-// takes to hear obstacle lists. Prints a line of JSON for each. With the package zeromq it is ten lines, as in Python.
+// takes to listener obstacle lists. Prints a line of JSON for each. With the package zeromq it is ten lines, as in Python.
 //
 // node planner.js RUN_DIR LISTS
 "use strict";
@@ -54,7 +54,7 @@ const [MORE, LONG, COMMAND] = [1, 2, 4];
 
 const frame = (flags, body) => Buffer.concat([Buffer.from([flags, body.length]), body]);
 
-let heard = Buffer.alloc(0), greeted = false, parts = [], told = 0;
+let listeners = Buffer.alloc(0), greeted = false, parts = [], told = 0;
 
 function tell(obstacle_list) {
   const positions = obstacle_list.obstacles.map((o) => o.position_ned);
@@ -63,20 +63,20 @@ function tell(obstacle_list) {
 }
 
 function take(socket, data) {
-  heard = Buffer.concat([heard, data]);
-  if (!greeted && heard.length >= 64) {
+  listeners = Buffer.concat([listeners, data]);
+  if (!greeted && listeners.length >= 64) {
     greeted = true;
-    heard = heard.subarray(64);
+    listeners = listeners.subarray(64);
     socket.write(frame(COMMAND, READY));
     socket.write(frame(0, SUBSCRIBE));
   }
-  while (greeted && heard.length >= 2) {
-    const flags = heard[0], head = flags & LONG ? 9 : 2;
-    if (heard.length < head) return;
-    const size = flags & LONG ? Number(heard.readBigUInt64BE(1)) : heard[1];
-    if (heard.length < head + size) return;
-    const body = heard.subarray(head, head + size);
-    heard = heard.subarray(head + size);
+  while (greeted && listeners.length >= 2) {
+    const flags = listeners[0], head = flags & LONG ? 9 : 2;
+    if (listeners.length < head) return;
+    const size = flags & LONG ? Number(listeners.readBigUInt64BE(1)) : listeners[1];
+    if (listeners.length < head + size) return;
+    const body = listeners.subarray(head, head + size);
+    listeners = listeners.subarray(head + size);
     if (flags & COMMAND) continue;
     parts.push(Buffer.from(body));
     if (flags & MORE) continue;
@@ -90,7 +90,7 @@ const WHY = { EACCES: "no right to open the socket: join its group", ENOENT: "no
 let why = ""; // the newest reason, so that it is said once
 
 function connect() { // until the tracker is there, and again when it has gone
-  heard = Buffer.alloc(0); greeted = false; parts = [];
+  listeners = Buffer.alloc(0); greeted = false; parts = [];
   const socket = net.connect(`${runDir}/tracker.sock`, () => socket.write(GREETING));
   socket.on("data", (data) => take(socket, data));
   socket.on("error", (error) => { if (error.code !== why) console.error(`${runDir}/tracker.sock: ${WHY[why = error.code] ?? why}`); });

@@ -119,16 +119,16 @@ class Sonar:
         return record(ACKNOWLEDGED, time.time(), reply)
 
 
-def requests(heard: bytearray) -> Iterator[bytes]:
-    """Take the whole requests out of what was heard; what stands between them, such as network frames, is dropped."""
-    while (sync := heard.find(b"\xff\xff\x00\x00")) >= 4 and len(heard) >= sync - 4 + RECORD_HEAD.size:
+def requests(received: bytearray) -> Iterator[bytes]:
+    """Take the whole requests out of the data received; what is between them, such as network frames, is dropped."""
+    while (sync := received.find(b"\xff\xff\x00\x00")) >= 4 and len(received) >= sync - 4 + RECORD_HEAD.size:
         begin = sync - 4
-        size, kind = struct.unpack_from("<I", heard, begin + 8)[0], struct.unpack_from("<I", heard, begin + 32)[0]
-        if len(heard) < begin + size:
+        size, kind = struct.unpack_from("<I", received, begin + 8)[0], struct.unpack_from("<I", received, begin + 32)[0]
+        if len(received) < begin + size:
             return
         if kind == REQUEST:
-            yield bytes(heard[begin + RECORD_HEAD.size : begin + size - 4])
-        del heard[: begin + size]
+            yield bytes(received[begin + RECORD_HEAD.size : begin + size - 4])
+        del received[: begin + size]
 
 
 class SerialLine:
@@ -145,7 +145,7 @@ class SerialLine:
         while content:
             content = content[os.write(self._fd, content) :]
 
-    def hear(self) -> bytes:
+    def receive(self) -> bytes:
         """Return what has come."""
         return os.read(self._fd, 4096) if select.select([self._fd], [], [], 0.0)[0] else b""
 
@@ -166,7 +166,7 @@ class TcpLine:
         except OSError:
             self._client = self._server.accept()[0]
 
-    def hear(self) -> bytes:
+    def receive(self) -> bytes:
         """Return what has come."""
         return self._client.recv(4096) if select.select([self._client], [], [], 0.0)[0] else b""
 
@@ -175,11 +175,11 @@ def main(where: str, start_s: float, object_ned: tuple[float, float, float]) -> 
     """Ping until killed."""
     kind, _, address = where.partition(":")
     line = TcpLine(int(address)) if kind == "tcp" else SerialLine(address)
-    sonar, heard = Sonar(object_ned, start_s), bytearray()
+    sonar, received = Sonar(object_ned, start_s), bytearray()
     for number in range(2**31):
         due_s = time.monotonic() + PERIOD_S
-        heard += line.hear()
-        for body in requests(heard):
+        received += line.receive()
+        for body in requests(received):
             line.send(sonar.obey(body))
         for content in sonar.ping(number):
             line.send(content)

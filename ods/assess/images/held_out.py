@@ -129,9 +129,9 @@ class HeldOutScene:
     def counts(self) -> Bytes:
         """Return the recorded samples: beam pattern, side lobes, speckle, gain faults, logarithm."""
         rng = self.rng
-        heard = gaussian_filter1d(self.power, self.beams / 128 * rng.uniform(0.4, 1.0), axis=0, mode="nearest")
-        heard += 10.0 ** (-rng.uniform(25.0, 40.0) / 10.0) * heard.mean(axis=0)
-        intensity = heard * self._speckle()
+        received = gaussian_filter1d(self.power, self.beams / 128 * rng.uniform(0.4, 1.0), axis=0, mode="nearest")
+        received += 10.0 ** (-rng.uniform(25.0, 40.0) / 10.0) * received.mean(axis=0)
+        intensity = received * self._speckle()
         if rng.random() < 0.3:
             intensity[:, rng.integers(self.samples)] *= 10.0 ** rng.uniform(0.2, 0.8)
         if rng.random() < 0.3:

@@ -38,7 +38,7 @@ class TargetScore:
     confirmed_s: float
     """Time until then from its first `LOUD_DB`, s; below 0: it was found before."""
     margin_db: float
-    """How much more its echo is over its surroundings than echoes have to be to be heard, median of those lists, dB."""
+    """How far its echo is over the level from which echoes are detected, median of those lists, dB."""
 
     @property
     def share(self) -> float:

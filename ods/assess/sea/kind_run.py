@@ -62,12 +62,12 @@ def kind_score(trial: Trial, draw: tuple[Kind, int]) -> KindScore:
             yield ping
 
     count = int(min(trial.seconds, scene.file.duration_s) / sonar.ping_period_s) + 2
-    poses = told_poses(scene, [round(k * sonar.ping_period_s * NS) for k in range(count)], kind.noise, seed)
+    poses = reported_poses(scene, [round(k * sonar.ping_period_s * NS) for k in range(count)], kind.noise, seed)
     lists = tracked_lists(pings(), poses, MissionSettings(pipeline=trial.pipeline, tracker=trial.tracker), truths)
     return judged(kind, lists, SceneBodies(scene, trial.clearance_m), seed)
 
 
-def told_poses(scene: Scene, t_ns: Sequence[int], noise: PoseNoise | None, seed: int) -> list[Pose]:
+def reported_poses(scene: Scene, t_ns: Sequence[int], noise: PoseNoise | None, seed: int) -> list[Pose]:
     """Return the sonar's poses at times (n,), true, or with white noise of their standard deviations."""
     way = scene.head_at(np.array(t_ns) / NS)
     attitudes = [(w, x, y, z) for w, x, y, z in way.attitude.tolist()]

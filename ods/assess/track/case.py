@@ -81,12 +81,12 @@ def observe(name: str, world: World, rng: np.random.Generator) -> Case:
     meta = world.meta
     slant, bearing, elevation = polar(world.truth, world.position, world.yaw)
     in_view = (slant < meta.range_max) & (np.abs(bearing) < meta.half_fov) & (np.abs(elevation) < meta.half_vert)
-    heard = in_view & world.sounding & (rng.random(in_view.shape) < meta.pd)
+    received = in_view & world.sounding & (rng.random(in_view.shape) < meta.pd)
     if world.occlusion:
-        heard &= ~hidden(slant, bearing, world.truth[:, :, RADIUS])
+        received &= ~hidden(slant, bearing, world.truth[:, :, RADIUS])
     rows, sources = [], []
     for k in range(len(world.t)):
-        who = np.flatnonzero(heard[k])
+        who = np.flatnonzero(received[k])
         true = np.column_stack([slant[k, who], bearing[k, who], world.truth[k, who, RADIUS]])
         if world.unresolved:
             true, who = merged(true, who)

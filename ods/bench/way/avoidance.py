@@ -70,7 +70,7 @@ def judge(
     """Return the figures of a mission, as far as the arrival; `best_m`: length of an all-knowing planner's way."""
     arrival_ns = next((each.t_ns for each in set_points if each.arrived), None)
     flown = [each for each in way if arrival_ns is None or each.t_ns <= arrival_ns]
-    heard = [each for each in set_points if arrival_ns is None or each.t_ns <= arrival_ns]
+    received = [each for each in set_points if arrival_ns is None or each.t_ns <= arrival_ns]
     clear, nearest, bottom = _nearest(mission, flown)
     path_m = sum(math.dist(a.position_ned, b.position_ned) for a, b in pairwise(flown))
     straight_ratio = _straight_ratio(path_m, flown, mission)
@@ -83,8 +83,8 @@ def judge(
         straight_ratio=straight_ratio,
         path_ratio=path_m / best_m if best_m and flown else straight_ratio,
         seconds=flown[-1].scene_s - flown[0].scene_s if flown else 0.0,
-        evasions=sum(now.avoiding and not was.avoiding for was, now in pairwise(heard)),
-        not_valid_s=sum((now.t_ns - was.t_ns) * 1e-9 for was, now in pairwise(heard) if not was.valid),
+        evasions=sum(now.avoiding and not was.avoiding for was, now in pairwise(received)),
+        not_valid_s=sum((now.t_ns - was.t_ns) * 1e-9 for was, now in pairwise(received) if not was.valid),
         stopped_s=sum((now.t_ns - was.t_ns) * 1e-9 for was, now in pairwise(flown) if was.stopped),
     )
 

@@ -53,10 +53,10 @@ def draw_way(mission: Mission, record: RunRecord, best: Floats | None, file: Pat
 
 def _states(record: RunRecord) -> Floats:
     """Return (n,) the number of the vehicle's state in STATES at each truth of its way."""
-    told_ns = np.array([each.t_ns for each in record.set_points])
+    sent_ns = np.array([each.t_ns for each in record.set_points])
     states = np.array([2 if not each.valid else int(each.avoiding) for each in record.set_points])
     seen_ns = np.array([each.t_ns for each in record.way])
-    newest = np.searchsorted(told_ns, seen_ns, side="right") - 1
+    newest = np.searchsorted(sent_ns, seen_ns, side="right") - 1
     state = states[np.maximum(newest, 0)] if len(states) else np.zeros(len(seen_ns), int)
     stopped = np.array([each.stopped for each in record.way])
     return np.asarray(np.where(stopped, 3, np.where(newest < 0, 2, state)))

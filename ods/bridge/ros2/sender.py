@@ -66,7 +66,7 @@ class DdsSender:
             self.close()
             self._look_ns = now_ns + round(self._backoff.failed() * clock.NS)
 
-    def is_heard(self, key: str) -> bool:
+    def is_received(self, key: str) -> bool:
         """Return whether a node has subscribed to a topic, or nothing can be sent, which `send` then says."""
         return key not in self._writers or bool(self._writers[key][0].get_matched_subscriptions())
 

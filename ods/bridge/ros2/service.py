@@ -70,7 +70,7 @@ class Ros2Worker(ListWorker):
     def send(self, moment: Moment) -> None:
         """Write a list's messages, for the instant of sending; none is made without a subscriber."""
         counters = self.service.counters
-        keys = [key for key in content.OF_LISTS if self._is_heard(key)]
+        keys = [key for key in content.OF_LISTS if self._is_received(key)]
         if not keys:
             self.service.complain_once("unheard_lists", self._sender.problem() or "no node has subscribed")
             return
@@ -79,15 +79,15 @@ class Ros2Worker(ListWorker):
         counters["sent_lists"] += all(sent)
         counters["left_out_obstacles"] += moment.left_out(len(obstacle_list.obstacles))
 
-    def _is_heard(self, key: str) -> bool:
-        return key in self._kinds and self._sender.is_heard(key)
+    def _is_received(self, key: str) -> bool:
+        return key in self._kinds and self._sender.is_received(key)
 
     def _send_clearance(self, now_ns: int) -> None:
         water = self._clearance
         if water is None or now_ns < self._clearance_due_ns:
             return
         self._clearance = None
-        if not self._is_heard("clearance"):
+        if not self._is_received("clearance"):
             return
         fresh = now_ns - (water.made_ns or water.t_ns) <= STALE_NS
         if water.valid and fresh and water.pose is not None and is_finite(water.pose):
@@ -99,7 +99,7 @@ class Ros2Worker(ListWorker):
         if ping is None or now_ns < self._image_due_ns:
             return
         self._ping = None
-        if not self._is_heard("image"):
+        if not self._is_received("image"):
             return
         self._image_due_ns = now_ns + round(clock.NS / self._table.image_hz)
         try:

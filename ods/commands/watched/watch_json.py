@@ -5,7 +5,7 @@ from typing import Any
 import msgspec
 
 from ods.base import clock
-from ods.commands.watched.heard import Heard, age_s
+from ods.commands.watched.received import Received, age_s
 from ods.messages import Health
 from ods.runtime import bus
 from ods.runtime.caution import cautions
@@ -15,39 +15,39 @@ FORMAT = 1
 """Of the object; another one when a field changes its meaning."""
 
 
-def text(heard: Heard, now_ns: int, hindrance: str = "") -> str:
+def text(received: Received, now_ns: int, hindrance: str = "") -> str:
     """Return the object in one line; a number that is unknown is null.
 
     hindrance: what keeps the list away, after a colon.
     """
-    return msgspec.json.encode(_whole(heard, now_ns, hindrance)).decode()
+    return msgspec.json.encode(_whole(received, now_ns, hindrance)).decode()
 
 
-def _whole(heard: Heard, now_ns: int, hindrance: str) -> dict[str, Any]:
-    newest, reasons = heard.newest, _reasons(heard, now_ns, hindrance)
+def _whole(received: Received, now_ns: int, hindrance: str) -> dict[str, Any]:
+    newest, reasons = received.newest, _reasons(received, now_ns, hindrance)
     return {
         "ods": FORMAT,
         "valid": not reasons,
         "reasons": reasons,
         "cautions": cautions(newest) if newest and not reasons else [],
         "age_s": round(age_s(newest, now_ns), 3) if newest else None,
-        "processes": _processes(heard.health, now_ns),
+        "processes": _processes(received.health, now_ns),
         "list": newest,
-        "clearance": heard.clear,
+        "clearance": received.clear,
     }
 
 
-def _reasons(heard: Heard, now_ns: int, hindrance: str) -> list[str]:
+def _reasons(received: Received, now_ns: int, hindrance: str) -> list[str]:
     """Return why there is no list to be relied on; empty where there is one."""
-    if heard.newest is None:
+    if received.newest is None:
         return [f"no obstacle list yet{hindrance}"]
-    if heard.silent(now_ns):
-        return [f"no obstacle list for {age_s(heard.newest, now_ns):.1f} s"]
-    return [] if heard.newest.valid else heard.newest.reasons or ["not valid"]
+    if received.silent(now_ns):
+        return [f"no obstacle list for {age_s(received.newest, now_ns):.1f} s"]
+    return [] if received.newest.valid else received.newest.reasons or ["not valid"]
 
 
 def _processes(health: dict[str, Health], now_ns: int) -> dict[str, Any]:
-    """Return those that run on every vehicle, heard or not, and whatever else was heard."""
+    """Return those that run on every vehicle, received or not, and whatever else was received."""
     always = [process.name for process in on_board()]
     others = sorted(health.keys() - set(always))
     return {name: _process(health.get(name), now_ns) for name in (*always, *others)}

@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ods.base import clock
-from ods.commands.watched.heard import Heard, age_s
+from ods.commands.watched.received import Received, age_s
 from ods.messages import Clearance, Health, Obstacle, ObstacleList
 from ods.runtime import bus
 from ods.runtime.caution import cautions
@@ -18,19 +18,19 @@ from ods.runtime.processes import may_be_on_board
 UNSEEN_SHOWN_S = 1.0
 
 
-def live(heard: Iterator[Heard], hindered: Callable[[], str]) -> None:
-    """Show what is heard, as often as there is an update; hindered: says what keeps the list away."""
+def live(updates: Iterator[Received], hindered: Callable[[], str]) -> None:
+    """Show what is received, as often as there is an update; hindered: says what keeps the list away."""
     with Live(console=Console()) as table:
-        for received in heard:
+        for received in updates:
             table.update(screen_of(received, hindered))
 
 
-def once(received: Heard, hindered: Callable[[], str]) -> None:
+def once(received: Received, hindered: Callable[[], str]) -> None:
     """Print it once."""
     Console().print(screen_of(received, hindered))
 
 
-def screen_of(received: Heard, hindered: Callable[[], str]) -> Group:
+def screen_of(received: Received, hindered: Callable[[], str]) -> Group:
     """Return what the terminal shows of it now."""
     now_ns = clock.monotonic_ns()
     silent = received.silent(now_ns)

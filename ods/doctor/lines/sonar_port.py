@@ -83,13 +83,13 @@ def _trouble(subject: str, counters: "Counter[str]") -> Iterator[Finding]:
 
 def _hear(link: SonarLink, seconds: float) -> None:
     """Listen; what precedes the first whole ping is the rest of one under way, and not counted as trouble."""
-    heard_one = False
+    received_one = False
     stop_ns = clock.monotonic_ns() + round(seconds * clock.NS)
     while (now_ns := clock.monotonic_ns()) < stop_ns:
         pings = link.check(now_ns)
         came = link.read(now_ns)
-        if (pings or came) and not heard_one:
-            heard_one = True
+        if (pings or came) and not received_one:
+            received_one = True
             link.counters.clear()
             link.counters["pings"] = 1
         if came is None:

@@ -16,7 +16,7 @@ class Led:
         self._way, self._start, self._cruise_m_s, self._steps = way, start, cruise_m_s, steps
         self._asked = 0
 
-    def hear(self, received: ObstacleList, clearance: Clearance | None) -> None:
+    def receive(self, received: ObstacleList, clearance: Clearance | None) -> None:
         """Take in what it knows already."""
 
     def steer(self, now_ns: int) -> SetPoint:

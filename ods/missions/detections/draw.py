@@ -49,7 +49,7 @@ class _Law:
 
 
 class Drawing:
-    """One mission's detections: what was drawn for a body, and which clutter was heard, is remembered."""
+    """One mission's detections: what was drawn for a body, and which clutter was received, is remembered."""
 
     def __init__(self, laws: Laws, bodies: int, fan: Fan, rng: np.random.Generator) -> None:
         """`bodies`: how many there are."""
@@ -62,7 +62,7 @@ class Drawing:
         """Normal scores of each body's newest echo; not numbers: there was none."""
         self._before = np.ones(bodies, np.bool_)
         self._pool = laws.clutter.echoes
-        self._heard: list[tuple[int, float, float]] = []
+        self._received: list[tuple[int, float, float]] = []
         """Clutter of the ping before: which of the pool, and its place, north, east, m."""
 
     def detections(self, number: int, t_ns: int, utc_ns: int, sights: Sights, head: Placed) -> Detections:
@@ -114,22 +114,22 @@ class Drawing:
         law, rng = self._laws.clutter, self._rng
         if not self._pool:
             return [], []
-        kept = [each for each in self._heard if rng.random() < law.stays]
+        kept = [each for each in self._received if rng.random() < law.stays]
         for which in rng.integers(len(self._pool), size=rng.poisson(law.per_scan * (1.0 - law.stays))).tolist():
             echo = self._pool[which]
             toward = head.heading_rad + echo.bearing_rad
             north = head.north_m + echo.range_m * math.cos(toward)
             kept.append((which, north, head.east_m + echo.range_m * math.sin(toward)))
-        self._heard, heard, faint = [], [], []
+        self._received, received, faint = [], [], []
         for which, north, east in kept:
             echo = _moved_to(self._pool[which], north, east, head)
             if abs(echo.bearing_rad) > self._fan.rays[-1] or echo.range_m > self._fan.range_max_m:
                 continue
-            self._heard.append((which, north, east))
+            self._received.append((which, north, east))
             if _processed(np.array([echo.near_m]), ranges)[0]:
-                heard.append(echo)
+                received.append(echo)
                 faint.append(law.faint[which])
-        return _parted(heard, np.array(faint, np.bool_))
+        return _parted(received, np.array(faint, np.bool_))
 
 
 def echoes_of(errors: Errors, sights: Sights, cut: Mask, fan: Fan) -> list[Detection]:
@@ -168,7 +168,7 @@ def echoes_of(errors: Errors, sights: Sights, cut: Mask, fan: Fan) -> list[Detec
 
 
 def _moved_to(echo: Detection, north: float, east: float, head: Placed) -> Detection:
-    """Return an echo as it is heard from a place of that of another."""
+    """Return an echo as it is received from a place of that of another."""
     offset_n, offset_e = north - head.north_m, east - head.east_m
     range_m = math.hypot(offset_n, offset_e)
     bearing = math.remainder(math.atan2(offset_e, offset_n) - head.heading_rad, 2.0 * math.pi)

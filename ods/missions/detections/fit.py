@@ -11,7 +11,7 @@ from rich.table import Table
 
 from ods.base.errors import OdsError
 from ods.messages import Detections
-from ods.missions.detections.fitting import FEWEST, Gathering, Heard, clutter_law, echo_law, logit_of
+from ods.missions.detections.fitting import FEWEST, Gathering, Received, clutter_law, echo_law, logit_of
 from ods.missions.detections.laws import Errors, Laws, fingerprints, save_laws
 from ods.missions.detections.sights import WORDS, fan_of, sights_of
 from ods.missions.settings import Campaign
@@ -29,17 +29,17 @@ LONGEST_ROUND = 100
 def fit_to_file(campaign: Campaign, path: Path, console: Console) -> None:
     """Fit laws, write them and print what they were fitted to. Raises OdsError."""
     began = time.perf_counter()
-    heard, laws = fitted(campaign, MISSIONS)
+    received, laws = fitted(campaign, MISSIONS)
     save_laws(laws, path)
-    console.print(table_of(heard, laws.sector.range_max_m))
+    console.print(table_of(received, laws.sector.range_max_m))
     console.print(
         f"{laws.pings} pings, {laws.echoes} echoes of objects; {laws.clutter.per_scan:.2f} clutter echoes a ping; "
         f"{time.perf_counter() - began:.0f} s"
     )
 
 
-def fitted(campaign: Campaign, missions: int) -> tuple[Heard, Laws]:
-    """Return what is heard in image-level missions, in worlds that no campaign flies, and its laws. Raises OdsError."""
+def fitted(campaign: Campaign, missions: int) -> tuple[Received, Laws]:
+    """Return what image-level missions detect, in worlds that no campaign flies, and its laws. Raises OdsError."""
     setup = Setup(sonar_of(campaign), onboard_of(campaign), None)
     if setup.sonar.planes > 1 or setup.sonar.pixels is not None:
         raise OdsError(f"sonar: {setup.sonar.name} sees in 3-D: detections are fitted to sonars of one plane")
@@ -48,30 +48,30 @@ def fitted(campaign: Campaign, missions: int) -> tuple[Heard, Laws]:
         watch, found = gathered(campaign, number, setup, gathering)
         shown = found if len(found) > len(shown) else shown
         chain_ms += watch.finding_ms
-    heard = gathering.heard()
-    whole, cut = heard.seen & ~heard.cut, heard.seen & heard.cut
+    received = gathering.received()
+    whole, cut = received.seen & ~received.cut, received.seen & received.cut
     if whole.sum() < FEWEST:
         raise OdsError(f"--fit: {whole.sum()} echoes of objects in {missions} missions are too few")
     thresholds_db = [each.heard_from_db for each in shown if each.heard_from_db is not None]
-    law = echo_law(heard, whole)
-    return heard, Laws(
+    law = echo_law(received, whole)
+    return received, Laws(
         **fingerprints(campaign, setup.onboard.pipeline, setup.sonar),
         features=list(WORDS),
-        lowest=tuple(heard.features.min(axis=0).round(5).tolist()),
-        highest=tuple(heard.features.max(axis=0).round(5).tolist()),
-        seen=_logit(heard.features, heard.seen),
-        faint=_logit(heard.features[heard.seen], heard.faint[heard.seen]),
-        cut=_logit(heard.features[heard.seen], heard.cut[heard.seen]),
+        lowest=tuple(received.features.min(axis=0).round(5).tolist()),
+        highest=tuple(received.features.max(axis=0).round(5).tolist()),
+        seen=_logit(received.features, received.seen),
+        faint=_logit(received.features[received.seen], received.faint[received.seen]),
+        cut=_logit(received.features[received.seen], received.cut[received.seen]),
         errors=list(Errors._fields),
         whole=law,
-        cut_off=echo_law(heard, cut) if cut.sum() >= FEWEST else law,
+        cut_off=echo_law(received, cut) if cut.sum() >= FEWEST else law,
         clutter=clutter_law(gathering.alone, gathering.pings),
         sector=shown[-1].sector,
         processed_ranges_m=round_of([each.processed_ranges_m for each in shown]),
         heard_from_db=median(thresholds_db) if thresholds_db else None,
         chain_ms=round(median(chain_ms), 3),
         pings=gathering.pings,
-        echoes=int(heard.seen.sum()),
+        echoes=int(received.seen.sum()),
     )
 
 
@@ -100,14 +100,14 @@ def round_of(ranges: Sequence[list[tuple[float, float]]]) -> list[list[tuple[flo
     raise OdsError("--fit: the ranges that pipeline.attention processes do not repeat from ping to ping")
 
 
-def table_of(heard: Heard, range_max_m: float) -> Table:
+def table_of(received: Received, range_max_m: float) -> Table:
     """Return the fitted data by range, which shows whether there is enough."""
     table = Table("range of the front, m", "objects in view", "probability of detection", "error of the front, m",
                   "of the bearing, beams", "radius over the true one", "level, dB")  # fmt: skip
-    near, errors = heard.features[:, 1] * range_max_m, Errors(*heard.errors.T)
+    near, errors = received.features[:, 1] * range_max_m, Errors(*received.errors.T)
     for low in np.arange(0.0, range_max_m, BAND_M).tolist():
         rows = (near >= low) & (near < low + BAND_M)
-        seen = rows & heard.seen
+        seen = rows & received.seen
         if not seen.any():
             continue
         table.add_row(

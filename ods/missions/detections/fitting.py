@@ -29,7 +29,7 @@ SPLIT_M = 1.0
 """Distance beyond the object's radius at which an echo may begin, m."""
 
 
-class Heard(NamedTuple):
+class Received(NamedTuple):
     """Bodies in view, over all pings: (m,) rows."""
 
     mission: Ints
@@ -114,11 +114,11 @@ class Gathering:
                 faint = index >= len(found.detections)
                 self.alone.append(Alone(mission, found.ping_number, *place, echo, faint))
 
-    def heard(self) -> Heard:
+    def received(self) -> Received:
         """Return all that was taken in."""
         columns = zip(*self._rows, strict=True) if self._rows else [()] * 8
         mission, ping, body, features, seen, faint, cut, errors = columns
-        return Heard(
+        return Received(
             np.array(mission, np.int64), np.array(ping, np.int64), np.array(body, np.int64),
             np.array(features, np.float64).reshape(-1, len(WORDS)),
             np.array(seen, np.bool_), np.array(faint, np.bool_), np.array(cut, np.bool_),
@@ -167,9 +167,9 @@ def logit_of(features: Floats, happened: Mask) -> Floats:
     return factors
 
 
-def echo_law(heard: Heard, rows: Mask) -> EchoLaw:
+def echo_law(received: Received, rows: Mask) -> EchoLaw:
     """Return the law of those echoes."""
-    features, errors = heard.features[rows], heard.errors[rows]
+    features, errors = received.features[rows], received.errors[rows]
     mean = _least_squares(features, errors)
     left = errors - features @ mean
     size = np.log(np.abs(left) + SMALL)
@@ -186,7 +186,7 @@ def echo_law(heard: Heard, rows: Mask) -> EchoLaw:
         _rows(scale),
         _rows(quantiles),
         _rows(mixing),
-        tuple(_memory(heard, rows, scores).round(4).tolist()),
+        tuple(_memory(received, rows, scores).round(4).tolist()),
     )
 
 
@@ -196,9 +196,9 @@ def _least_squares(features: Floats, wanted: Floats) -> Floats:
     return np.asarray(np.linalg.solve(features.T @ features + ridge, features.T @ wanted))
 
 
-def _memory(heard: Heard, rows: Mask, scores: Floats) -> Floats:
+def _memory(received: Received, rows: Mask, scores: Floats) -> Floats:
     """Return the (Errors,) correlation of scores with those of the same body in the ping before."""
-    keys = zip(heard.mission[rows].tolist(), heard.body[rows].tolist(), heard.ping[rows].tolist(), strict=True)
+    keys = zip(received.mission[rows].tolist(), received.body[rows].tolist(), received.ping[rows].tolist(), strict=True)
     place = {key: index for index, key in enumerate(keys)}
     pairs = [(place[m, b, p - 1], index) for (m, b, p), index in place.items() if (m, b, p - 1) in place]
     if len(pairs) < FEWEST:

@@ -73,9 +73,9 @@ class ClutterLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     per_scan: Annotated[float, msgspec.Meta(ge=0.0, le=1000.0)]
     stays: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
-    """How likely it is heard again in the next ping, at the same place."""
+    """How likely it is received again in the next ping, at the same place."""
     echoes: list[Detection]
-    """Some that were heard."""
+    """Some that were received."""
     faint: list[bool]
     """Of each: it was a faint one."""
 

@@ -66,7 +66,7 @@ def fan_of(sonar: SonarModel) -> Fan:
 def sights_of(world: World, vehicle: Steered, t_s: float, fan: Fan) -> Sights:
     """Return what a ping sent at that time shows; the vehicle has gone on until its last echo is back.
 
-    Ranges and bearings are as they are heard: half of the way there and back, in the frame of the head at reception.
+    Ranges and bearings are as they are received: half of the way there and back, in the frame of the head at reception.
     """
     sent = vehicle.position(np.array(t_s))
     settings = world.settings

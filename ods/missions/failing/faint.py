@@ -13,14 +13,14 @@ FAR_M = 1e5
 
 
 class FaintScene(Scene):
-    """A scene whose bodies are heard within a distance of the vehicle only."""
+    """A scene whose bodies are received within a distance of the vehicle only."""
 
     def __init__(self, world: World, vehicle: Steered, mounting: MountingSettings, within_m: float) -> None:
         super().__init__(world.scene(1.0), mounting, vehicle)
         self._world, self._way, self._within_m = world, vehicle, within_m
 
     def bodies_at(self, t_s: float) -> Bodies:
-        """Return all objects at `t_s`, in NED, those that are not heard far below."""
+        """Return all objects at `t_s`, in NED, those that are not received far below."""
         bodies = super().bodies_at(t_s)
         north, east, down = self._way.position(np.array(t_s)).tolist()
         bodies["centre"][self._world.clearances(t_s, north, east, down) > self._within_m, 2] += FAR_M

@@ -36,7 +36,7 @@ class Witness:
         self._world = world
         self._said: list[_Said] = []
 
-    def hear(self, received: ObstacleList, clearance: Clearance | None, sent: VehicleState, t_s: float) -> None:
+    def receive(self, received: ObstacleList, clearance: Clearance | None, sent: VehicleState, t_s: float) -> None:
         """Take what the planner receives at `t_s` for the ping `sent` from there."""
         covered, empty = self._covered(received, sent), self._called_empty(received, clearance, sent)
         self._said.append(_Said(t_s, received.valid, bool(received.caution), covered, empty))

@@ -60,7 +60,7 @@ class CanLink(Link[Frame]):
         self._said = ""
         self._retry_ns = 0
         self._backoff = Backoff(FIRST_RETRY_S, LAST_RETRY_S)
-        self._heard_ns = clock.monotonic_ns()
+        self._received_ns = clock.monotonic_ns()
         self._opened_ns = 0
 
     @property
@@ -71,7 +71,7 @@ class CanLink(Link[Frame]):
     def tick(self) -> None:
         """Open the interface when it is due, give it up when it is silent. Raises OdsError for bad settings."""
         now_ns = clock.monotonic_ns()
-        if self._bus is not None and now_ns - max(self._heard_ns, self._opened_ns) > self._silence_ns:
+        if self._bus is not None and now_ns - max(self._received_ns, self._opened_ns) > self._silence_ns:
             self._counters["can_silent"] += 1
             self.close()
             self._retry_ns = now_ns
@@ -89,7 +89,7 @@ class CanLink(Link[Frame]):
                 if isinstance(received, ErrorFrame):
                     self._errors.take(received)
                 else:
-                    self._heard(received.t_ns)
+                    self._take_note(received.t_ns)
                     yield received
         except FailedBus as error:
             self._lost(error)
@@ -113,7 +113,7 @@ class CanLink(Link[Frame]):
         return [f"{self._settings.channel}: {problem}" for problem in found]
 
     def _complaints(self, now_ns: int) -> Iterator[str]:
-        silent_ns = now_ns - self._heard_ns
+        silent_ns = now_ns - self._received_ns
         if self._bus is None:
             yield self._why
         elif self._settings.interface == "socketcan" and not _is_up(self._settings.channel):
@@ -170,15 +170,15 @@ class CanLink(Link[Frame]):
         self._try_later(error)
 
     def _try_later(self, error: Exception) -> None:
-        """Wait longer each time until a frame is heard; say the reason once."""
+        """Wait longer each time until a frame is received; say the reason once."""
         self._why = reason_of(error)
         self._retry_ns = clock.monotonic_ns() + round(self._backoff.failed() * clock.NS)
         if self._why != self._said:
             self._said = self._why
             log.warning("%s: %s; trying again", self._settings.channel, self._why)
 
-    def _heard(self, arrival_ns: int) -> None:
-        self._heard_ns = arrival_ns
+    def _take_note(self, arrival_ns: int) -> None:
+        self._received_ns = arrival_ns
         self._errors.works()
         self._backoff.worked()
         if self._said:

@@ -55,7 +55,7 @@ class InsMonitor:
         if len(states) == ALTERNATING and states[0] != states[1] and states[:2] == states[2:]:
             self.duplicate.seen(frame.t_ns)
 
-    def heard_epoch(self) -> None:
+    def received_epoch(self) -> None:
         """Take note of PDOs: an INS that sends them is operational, though one without heartbeat never says so."""
         if self.state == BOOT_UP:
             self.state = OPERATIONAL

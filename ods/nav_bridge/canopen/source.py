@@ -122,7 +122,7 @@ class CanopenSource(CanSource):
         return self._pose_of(epoch) if epoch else None
 
     def _pose_of(self, epoch: Epoch) -> Pose | None:
-        self.monitor.heard_epoch()
+        self.monitor.received_epoch()
         if self._assembler.duplicate.now(epoch.t_ns):
             self._counters["epoch_contested"] += 1
             return None

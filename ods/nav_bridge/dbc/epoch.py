@@ -42,7 +42,7 @@ class DbcEpochAssembler:
         self.step_ns = 0
         """Between the instants of the two newest complete epochs."""
         self._labels = {message.can_id: message.label for message in dbc.epoch}
-        self._order = EpochOrder(dbc.epoch, dbc.order_told)
+        self._order = EpochOrder(dbc.epoch, dbc.order_specified)
         self._window_ns = window_ns
         self._clock = InsClock(jump_ns, dbc.clock.wraps_at, dbc.clock.tick_ns) if dbc.clock else None
         self._counters = counters

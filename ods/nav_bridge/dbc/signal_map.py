@@ -148,7 +148,7 @@ class DbcMap:
     messages: Mapping[CanId, DbcMessage]
     epoch: tuple[DbcMessage, ...]
     """Those of one instant, in the order of sending where that is known."""
-    order_told: bool
+    order_specified: bool
     shares_number: bool
     """All of `epoch` have a `sequence`."""
     clock: Clock | None

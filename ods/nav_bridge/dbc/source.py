@@ -49,7 +49,7 @@ class DbcSource(CanSource):
             if message.hold is not None
         }
         self._held = HeldValues(self._slots.values())
-        self._heard_ns: dict[CanId, int] = {}
+        self._received_ns: dict[CanId, int] = {}
         self._unmet: dict[CanId, list[str]] = {}
         """What each message says is not valid, or not there."""
         self._groups = [can_id for can_id in self._map.messages if can_id.mask != EXTENDED_MASK]
@@ -89,8 +89,8 @@ class DbcSource(CanSource):
         if can_id.mask & SENDER_MASK:
             return False
         sender = item.can_id & SENDER_MASK
-        first, heard_ns = self._senders.get(can_id, (sender, item.t_ns))
-        if first == sender or item.t_ns - heard_ns > SENDER_NS:
+        first, received_ns = self._senders.get(can_id, (sender, item.t_ns))
+        if first == sender or item.t_ns - received_ns > SENDER_NS:
             self._senders[can_id] = sender, item.t_ns
             return False
         self._others[can_id] = sender, item.t_ns
@@ -112,7 +112,7 @@ class DbcSource(CanSource):
         if counts is None:
             self._counters["frame_not_finite"] += 1
             return None
-        self._heard_ns[can_id] = item.t_ns
+        self._received_ns[can_id] = item.t_ns
         unmet = [
             f"the INS says that its {condition.says} is not valid"
             for condition in message.conditions
@@ -143,7 +143,7 @@ class DbcSource(CanSource):
     def _status_missing(self, now_ns: int) -> bool:
         """Return whether a status that must hold is unknown or too old."""
         return any(
-            now_ns - self._heard_ns.get(message.can_id, -item.holds_ns) > item.holds_ns
+            now_ns - self._received_ns.get(message.can_id, -item.holds_ns) > item.holds_ns
             for message in self._map.messages.values()
             for item in message.conditions
             if not message.optional
@@ -151,7 +151,7 @@ class DbcSource(CanSource):
 
     def _complaints(self, now_ns: int) -> list[str]:
         silent = [message for message in self._map.messages.values() if self._is_silent(message, now_ns)]
-        if len(silent) == len(self._map.messages) and not self._heard_ns:
+        if len(silent) == len(self._map.messages) and not self._received_ns:
             return [f"none of the {len(silent)} messages mapped from {self._file.name} has come"]
         not_valid = [says for unmet in self._unmet.values() for says in unmet]
         dropped = [self._maker.disbelief] if self._maker.disbelief else []
@@ -165,27 +165,27 @@ class DbcSource(CanSource):
         ]
 
     def _two_senders(self, now_ns: int) -> Iterator[str]:
-        for can_id, (other, heard_ns) in self._others.items():
-            if now_ns - heard_ns < SENDER_NS:
+        for can_id, (other, received_ns) in self._others.items():
+            if now_ns - received_ns < SENDER_NS:
                 name, first = self._map.messages[can_id].layout.name, self._senders[can_id][0]
                 yield f"{name} is sent by 0x{first:02X} and 0x{other:02X}: choose one by nav.dbc.source_address"
 
     def _is_silent(self, message: DbcMessage, now_ns: int) -> bool:
         if message.optional:
             return False
-        heard_ns = self._heard_ns.get(message.can_id)
+        received_ns = self._received_ns.get(message.can_id)
         limit_ns = self._stale_ns
-        if heard_ns is not None and message.hold is not None:
+        if received_ns is not None and message.hold is not None:
             return False  # its slot reports it
-        if heard_ns is not None and not message.in_epoch:
+        if received_ns is not None and not message.in_epoch:
             limit_ns = min(item.holds_ns for item in message.conditions)
-        return now_ns - (self._start_ns if heard_ns is None else heard_ns) > limit_ns
+        return now_ns - (self._start_ns if received_ns is None else received_ns) > limit_ns
 
     def _silence(self, message: DbcMessage, now_ns: int) -> str:
-        heard_ns = self._heard_ns.get(message.can_id)
-        if heard_ns is None:
+        received_ns = self._received_ns.get(message.can_id)
+        if received_ns is None:
             return f"{message.label} has never come"
-        return f"{message.label} has not come for {(now_ns - heard_ns) / NS:.1f} s"
+        return f"{message.label} has not come for {(now_ns - received_ns) / NS:.1f} s"
 
     def _broken(self, now_ns: int, silent: list[DbcMessage]) -> Iterator[str]:
         """Yield why epochs do not become poses though all their messages come."""

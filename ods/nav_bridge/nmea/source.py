@@ -75,7 +75,7 @@ class NmeaSource(PoseSource[Line]):
         self._clock = InsClock(round(nav.clock_jump_s * NS))
         self._newest: tuple[float, int] | None = None
         self._reported_utc = ReportedUtc(host.counters)
-        self._heard: dict[str, dict[str, int]] = {}
+        self._talker_times: dict[str, dict[str, int]] = {}
         """When each sentence last came of each talker."""
         self._unreadable_ns = self._undamaged_ns = host.now_ns - NS
         """When a line that is no sentence, and an undamaged sentence of use, last came."""
@@ -187,9 +187,9 @@ class NmeaSource(PoseSource[Line]):
         """Take note of who talks."""
         self._dropped.pop(name, None)
         self._undamaged_ns = t_ns
-        heard = self._heard.setdefault(name, {})
-        heard[talker] = t_ns
-        complaint = _two_talkers(name, heard, t_ns)
+        times = self._talker_times.setdefault(name, {})
+        times[talker] = t_ns
+        complaint = _two_talkers(name, times, t_ns)
         if complaint:
             if not self._counters["nmea_talkers"]:
                 log.warning("%s (logged once, then counted as nmea_talkers)", complaint)
@@ -223,7 +223,7 @@ class NmeaSource(PoseSource[Line]):
 
     def unusable(self) -> dict[str, str]:
         """Return the sentences that come but were never undamaged, and what is wrong with them."""
-        return {name: why for name, (_, why) in self._dropped.items() if name not in self._heard}
+        return {name: why for name, (_, why) in self._dropped.items() if name not in self._talker_times}
 
     def _complaints(self, now_ns: int) -> list[str]:
         dropped = {name: why for name, (t_ns, why) in self._dropped.items() if now_ns - t_ns < NS}
@@ -235,8 +235,8 @@ class NmeaSource(PoseSource[Line]):
         found = [self._maker.disbelief] if self._maker.disbelief else []
         if now_ns - self._start_ns > self._stale_ns:
             found += self._never(dropped)
-        found += filter(None, (_two_talkers(name, heard, now_ns) for name, heard in self._heard.items()))
-        if self._pace in dropped and self._pace in self._heard:
+        found += filter(None, (_two_talkers(name, times, now_ns) for name, times in self._talker_times.items()))
+        if self._pace in dropped and self._pace in self._talker_times:
             found.append(f"{self._pace} comes {dropped[self._pace]}")
         elif self._refused is not None and now_ns - self._refused[0] < NS:
             why = self._refused[1]
@@ -246,15 +246,15 @@ class NmeaSource(PoseSource[Line]):
     def _never(self, dropped: dict[str, str]) -> Iterator[str]:
         """Say of each sentence that a pose needs and that was never good, whether it comes at all."""
         for name, fields in self._fields.items():
-            if name not in self._heard and not set(fields) <= OPTIONAL:
+            if name not in self._talker_times and not set(fields) <= OPTIONAL:
                 comes = f"comes {dropped[name]}" if name in dropped else "has never come"
                 yield f"{name} ({self.expects()[name]}) {comes}"
 
 
-def _two_talkers(name: str, heard: dict[str, int], now_ns: int) -> str:
-    """Return a text that a sentence comes of more than one talker, by when each was heard last; "" where it does
+def _two_talkers(name: str, times: dict[str, int], now_ns: int) -> str:
+    """Return a text that a sentence comes of more than one talker, by when each was received last; "" where it does
     not."""
-    talkers = sorted(talker for talker, t_ns in heard.items() if now_ns - t_ns <= TALKER_NS)
+    talkers = sorted(talker for talker, t_ns in times.items() if now_ns - t_ns <= TALKER_NS)
     if len(talkers) < 2:
         return ""
     return f"{name} comes from the talkers {' and '.join(talkers)}: name one in nav.nmea, such as {talkers[0]}{name}"

@@ -9,7 +9,7 @@
 #define BIN 0.1
 /* Tiles along each side of a region; it is judged with the eight around it. */
 #define REGION 4
-/* Fewer tiles, in a region and those around it, tell nothing. */
+/* Fewer tiles, in a region and those around it, are no evidence. */
 #define LEAST_TILES 32
 /* The two quantiles. An object fills few tiles and cannot move them far. */
 #define MIDDLE 0.5

@@ -115,7 +115,7 @@ static float gain_of_beam(float low, float high, float middle, float common, flo
     return smaller_f(limit, larger_f(1.0f / limit, common / level));
 }
 
-/* Fills gain with what brings the beams to one level, up to a factor of limit; tells whether that is to be done. */
+/* Fills gain with what brings the beams to one level, up to a factor of limit; returns whether that is to be done. */
 KERNEL_BOOL(measure_beam_gain, GAINED_IMAGE ", float limit, out f4[beams] gain")
 {
     const GainedImage image = gained_image_at(arguments);

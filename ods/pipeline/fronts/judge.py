@@ -10,7 +10,7 @@ from ods.pipeline.image_layout import ImageLayout
 
 LEAST_FRONT = 0.12
 """Of `Detection.front`, for weak detections. The tracker sees many images: one that is taken for the bottom now and
-then costs less than a body that is never heard."""
+then costs less than a body that is never received."""
 LEAST_TOLD = 1e-6
 """Least probability that is reported for a leading edge: 0 stands for an unknown one."""
 

@@ -1,4 +1,4 @@
-/* Some samples of a frame, evenly spread: what is told of an image without looking at all of it. */
+/* Some samples of a frame, evenly spread: what is known of an image without looking at all of it. */
 
 #ifndef ODS_LOOKED_AT_H
 #define ODS_LOOKED_AT_H

@@ -64,7 +64,7 @@ KERNEL(lend_samples, RECORDED ", rows out u1|u2|f4[beams,:] out")
     }
 }
 
-/* Marks the cells of the image whose samples all have no data; tells whether there are any. */
+/* Marks the cells of the image whose samples all have no data; returns whether there are any. */
 KERNEL_BOOL(cells_without_data, RECORDED ", out b1[beams,columns] cells")
 {
     const Recorded recorded = recorded_at(arguments);

@@ -9,7 +9,7 @@
 #define PLACES 4
 /* The shortest period that is looked for, s. */
 #define SHORTEST_S 0.02
-/* Excess, in standard deviations, of pulses that are found, of those that are still heard, and the most that one place
+/* Excess, in standard deviations, of pulses that are found, of those that are still received, and the most that one place
    can show. */
 #define FOUND 4.5
 #define HEARD 2.0

@@ -55,7 +55,7 @@ class BuriedPulses:
         """Return how many pulses come in the period of a train, a row of pulses.c; 0: no others than its own."""
         return self._ask(train, is_known=False)
 
-    def are_heard(self, train: Floats) -> bool:
+    def are_received(self, train: Floats) -> bool:
         """Return whether a train's pulses are in the images."""
         return bool(self._ask(train, is_known=True))
 

@@ -1,4 +1,4 @@
-/* Beams that say nothing of the water: saturated ones, and such as hear a source that sounds without end. See
+/* Beams that say nothing of the water: saturated ones, and such as receive a source that sounds without end. See
    deaf_beams.py. */
 
 #include "ods/pipeline/filter/lanes.h"
@@ -27,7 +27,7 @@
    they are less than so far over it. */
 #define FILLED_DB 3.0f
 #define EMPTIED_DB 1.5f
-/* If more than one in so many beams are raised it is the scene that is loud there: a source is heard in few. */
+/* If more than one in so many beams are raised it is the scene that is loud there: a source is received in few. */
 #define FEW 4
 /* Fewer beams have no level in common. */
 #define FEWEST_BEAMS 8
@@ -316,7 +316,7 @@ static void follow_gains(Plane plane, double since_s)
     }
 }
 
-/* Judges the beams of a frame from column `first` on, plane by plane; tells whether any is deaf.
+/* Judges the beams of a frame from column `first` on, plane by plane; returns whether any is deaf.
    gain (planes, rings, beams of a plane): of the beams in the parts of their range, dB; codes (beams,): as in
    deaf_beams.py, those of the ping before; both follow. */
 KERNEL_BOOL(judge_beams, "rows u1|u2|f4[beams,:] frame, int first, " MISSING ", float top, float db_a_count, float offset, "

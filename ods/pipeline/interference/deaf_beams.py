@@ -1,4 +1,4 @@
-"""Beams that say nothing of the water, whatever their samples are: saturated ones, and such as hear a source.
+"""Beams that say nothing of the water, whatever their samples are: saturated ones, and such as receive a source.
 
 Their samples count as missing: no level, gain or background of other beams comes from them, and no echo is found there.
 What distinguishes a continuous source (a spoke) from a beam's gain, from a body and from a loud bottom: it raises
@@ -24,7 +24,7 @@ class DeafBeams(NamedTuple):
     """Beams of a ping that carry no information."""
 
     codes: Bytes
-    """(beams,) uint8 as of `sight.WHYS`: 0 hears, 2 saturated, 4 a source."""
+    """(beams,) uint8 as of `sight.WHYS`: 0 receives, 2 saturated, 4 a source."""
     any: bool
 
 

@@ -7,7 +7,7 @@
 /* Periods, s, that are sought. */
 #define SHORTEST_S 0.02
 #define LONGEST_S 1.0
-/* A train has so many arrivals, in so many pings, so large a share of those that were to be heard, and so large a share
+/* A train has so many arrivals, in so many pings, so large a share of those that were to be received, and so large a share
    of all that came since the first: others are there by chance. */
 #define FEWEST 5
 /* A line has so many: pulses whose period is near our own or a fraction of it, of which one a ping is loud enough, or
@@ -39,9 +39,9 @@
 #define LONGEST_M 2.0
 /* An echo that arrives so near to a pulse's instant is the pulse. */
 #define NEAR_S 0.4e-3
-/* A train that was not heard for so long is forgotten. */
+/* A train that was not received for so long is forgotten. */
 #define FORGOTTEN_S 2.0
-/* A train follows what is heard as a line through its arrivals, of at most so many. */
+/* A train follows what is received as a line through its arrivals, of at most so many. */
 #define MOST_FOLLOWED 12.0
 
 /* Times are since a fixed instant. */
@@ -49,15 +49,15 @@ typedef struct {
     double at_s, bearing_rad, half_width_rad;
 } Arrival;
 
-/* One ping: when it heard its nearest sample and its farthest, and its echoes that had no forerunner. */
+/* One ping: when it received its nearest sample and its farthest, and its echoes that had no forerunner. */
 typedef struct {
     double begin_s, end_s, count;
 } Look;
 
 typedef struct {
     double period_s, at_s; /* at_s: of a pulse */
-    double bearing_rad, heard_s;
-    double buried; /* pulses a period of what was found, as buried_pulses.py heard; 0: a line, if it is alone */
+    double bearing_rad, received_s;
+    double buried; /* pulses a period of what was found, as buried_pulses.py received; 0: a line, if it is alone */
     double arrivals;
 } Train;
 
@@ -86,7 +86,7 @@ typedef struct {
     int64_t ping[MOST_ARRIVALS]; /* of the memory's */
     int64_t count, pings;
     const Look *look;
-} Heard;
+} Received;
 
 /* A train that may be one; `line`: or a body. */
 typedef struct {
@@ -101,33 +101,33 @@ static bool is_of(Guess guess, double at_s)
     return fabs(steps - rint(steps)) * guess.period_s <= TOLERANCE_S;
 }
 
-/* Returns how many pulses were to be heard from the ping `from` on. */
-static double expected(const Heard *heard, Guess guess, int64_t from)
+/* Returns how many pulses were to be received from the ping `from` on. */
+static double expected(const Received *received, Guess guess, int64_t from)
 {
     double count = 0.0;
-    for (int64_t p = from; p < heard->pings; p++) {
-        const double last = floor((heard->look[p].end_s - guess.at_s) / guess.period_s);
-        count += larger(last - ceil((heard->look[p].begin_s - guess.at_s) / guess.period_s) + 1.0, 0.0);
+    for (int64_t p = from; p < received->pings; p++) {
+        const double last = floor((received->look[p].end_s - guess.at_s) / guess.period_s);
+        count += larger(last - ceil((received->look[p].begin_s - guess.at_s) / guess.period_s) + 1.0, 0.0);
     }
     return count;
 }
 
-/* Places of a train that were heard, in order of time. */
+/* Places of a train that were received, in order of time. */
 typedef struct {
-    int64_t kept[MOST_ARRIVALS]; /* of what was heard, of those at one place the first */
+    int64_t kept[MOST_ARRIVALS]; /* of what was received, of those at one place the first */
     int64_t count, pings;
     bool one_a_ping;
 } Places;
 
-static Places places_of(const Heard *heard, Guess guess)
+static Places places_of(const Received *received, Guess guess)
 {
     Places places = {.one_a_ping = true};
     double step_before = NAN;
     int64_t ping_before = -1;
-    for (int64_t k = 0; k < heard->count; k++) {
-        const double step = rint((heard->at_s[k] - guess.at_s) / guess.period_s);
-        const int64_t ping = heard->ping[k];
-        if (!is_of(guess, heard->at_s[k]) || (ping == ping_before && step == step_before))
+    for (int64_t k = 0; k < received->count; k++) {
+        const double step = rint((received->at_s[k] - guess.at_s) / guess.period_s);
+        const int64_t ping = received->ping[k];
+        if (!is_of(guess, received->at_s[k]) || (ping == ping_before && step == step_before))
             continue;
         places.one_a_ping &= ping != ping_before;
         places.pings += ping != ping_before;
@@ -138,25 +138,25 @@ static Places places_of(const Heard *heard, Guess guess)
 }
 
 /* Whether arrivals, one a ping, are on a line: a body's. */
-static bool is_line(const Heard *heard, const Places *places)
+static bool is_line(const Received *received, const Places *places)
 {
     double n = (double)places->count, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, squares = 0.0;
-    const double begun_s = heard->look[0].begin_s;
+    const double begun_s = received->look[0].begin_s;
     for (int64_t i = 0; i < places->count; i++) {
         const int64_t k = places->kept[i];
-        const double sent_s = heard->look[heard->ping[k]].begin_s, t = sent_s - begun_s, late = heard->at_s[k] - sent_s;
+        const double sent_s = received->look[received->ping[k]].begin_s, t = sent_s - begun_s, late = received->at_s[k] - sent_s;
         x += t, y += late, xx += t * t, xy += t * late;
     }
     const double spread = n * xx - x * x, slope = spread > 0.0 ? (n * xy - x * y) / spread : 0.0;
     for (int64_t i = 0; i < places->count; i++) {
         const int64_t k = places->kept[i];
-        const double sent_s = heard->look[heard->ping[k]].begin_s;
-        squares += square(heard->at_s[k] - sent_s - (y - slope * x) / n - slope * (sent_s - begun_s));
+        const double sent_s = received->look[received->ping[k]].begin_s;
+        squares += square(received->at_s[k] - sent_s - (y - slope * x) / n - slope * (sent_s - begun_s));
     }
     return fabs(slope) <= FASTEST && squares <= n * square(LINE_S);
 }
 
-/* Returns how many of what was heard, so much later each than a pulse, s, may be pulses of a period. Float32 will do,
+/* Returns how many of what was received, so much later each than a pulse, s, may be pulses of a period. Float32 will do,
    and is fast: nearly always they are too few. */
 static int32_t count_near(const float *later_s, int64_t count, double period_s)
 {
@@ -169,19 +169,19 @@ static int32_t count_near(const float *later_s, int64_t count, double period_s)
     return near;
 }
 
-/* Returns the guess with the number of its places that were heard; 0 where it is no train. */
-static Guess judged(const Heard *heard, Guess guess)
+/* Returns the guess with the number of its places that were received; 0 where it is no train. */
+static Guess judged(const Received *received, Guess guess)
 {
     int64_t since = 0;
-    const Places places = places_of(heard, guess);
-    guess.line = places.one_a_ping && is_line(heard, &places);
+    const Places places = places_of(received, guess);
+    guess.line = places.one_a_ping && is_line(received, &places);
     if (places.count < (guess.line ? FEWEST_OF_LINE : FEWEST) || places.pings < FEWEST_PINGS)
         return guess;
-    const int64_t first = heard->ping[places.kept[0]];
-    if ((double)places.count < HEARD_SHARE * expected(heard, guess, first))
+    const int64_t first = received->ping[places.kept[0]];
+    if ((double)places.count < HEARD_SHARE * expected(received, guess, first))
         return guess;
-    for (int64_t k = 0; k < heard->count; k++)
-        since += heard->ping[k] >= first;
+    for (int64_t k = 0; k < received->count; k++)
+        since += received->ping[k] >= first;
     if ((double)places.count < OWN_SHARE * (double)since)
         return guess;
     guess.matched = places.count;
@@ -189,12 +189,12 @@ static Guess judged(const Heard *heard, Guess guess)
 }
 
 /* Returns the guess with period and place by least squares. */
-static Guess fitted(const Heard *heard, Guess guess)
+static Guess fitted(const Received *received, Guess guess)
 {
     double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
-    for (int64_t k = 0; k < heard->count; k++)
-        if (is_of(guess, heard->at_s[k])) {
-            const double late = heard->at_s[k] - guess.at_s, steps = rint(late / guess.period_s);
+    for (int64_t k = 0; k < received->count; k++)
+        if (is_of(guess, received->at_s[k])) {
+            const double late = received->at_s[k] - guess.at_s, steps = rint(late / guess.period_s);
             n += 1.0, x += steps, y += late, xx += steps * steps, xy += steps * late;
         }
     const double spread = n * xx - x * x;
@@ -211,43 +211,43 @@ static bool is_better(Guess a, Guess b)
 }
 
 /* Returns the train that explains most arrivals, the one at `at_s` among them, or else a line; none has `matched` 0. */
-static Guess find_train(const Heard *heard, double at_s)
+static Guess find_train(const Received *received, double at_s)
 {
     Guess best = {.line = true};
     float later_s[MOST_ARRIVALS];
-    for (int64_t i = 0; i < heard->count; i++)
-        later_s[i] = (float)(heard->at_s[i] - at_s);
-    for (int64_t i = 0; i < heard->count && heard->count >= FEWEST_OF_LINE; i++) {
-        const double apart_s = fabs(at_s - heard->at_s[i]);
+    for (int64_t i = 0; i < received->count; i++)
+        later_s[i] = (float)(received->at_s[i] - at_s);
+    for (int64_t i = 0; i < received->count && received->count >= FEWEST_OF_LINE; i++) {
+        const double apart_s = fabs(at_s - received->at_s[i]);
         for (double n = larger(1.0, ceil(apart_s / LONGEST_S)); apart_s / n >= SHORTEST_S; n += 1.0) {
-            if (count_near(later_s, heard->count, apart_s / n) < FEWEST_OF_LINE)
+            if (count_near(later_s, received->count, apart_s / n) < FEWEST_OF_LINE)
                 continue;
-            const Guess guess = judged(heard, (Guess){apart_s / n, at_s, 0, false});
+            const Guess guess = judged(received, (Guess){apart_s / n, at_s, 0, false});
             if (is_better(guess, best))
                 best = guess;
         }
     }
-    return best.matched > 0 ? fitted(heard, best) : best;
+    return best.matched > 0 ? fitted(received, best) : best;
 }
 
-/* Returns what was heard from the direction of the arrival, the last so many. */
-static Heard heard_from(Memory memory, Arrival arrival)
+/* Returns what was received from the direction of the arrival, the last so many. */
+static Received heard_from(Memory memory, Arrival arrival)
 {
-    Heard heard = {.look = memory.look, .pings = *memory.looks};
-    for (int64_t p = heard.pings - 1; p >= 0; p--)
-        for (int64_t k = 0; k < (int64_t)memory.look[p].count && heard.count < MOST_ARRIVALS; k++) {
+    Received received = {.look = memory.look, .pings = *memory.looks};
+    for (int64_t p = received.pings - 1; p >= 0; p--)
+        for (int64_t k = 0; k < (int64_t)memory.look[p].count && received.count < MOST_ARRIVALS; k++) {
             const Arrival other = memory.arrivals[p * MOST_NEW + k];
             const double beside_rad = arrival.half_width_rad + other.half_width_rad;
             if (!(fabs(arrival.bearing_rad - other.bearing_rad) <= SAME_RAD + beside_rad))
                 continue;
-            int64_t place = heard.count++;
-            for (; place > 0 && heard.at_s[place - 1] > other.at_s; place--) {
-                heard.at_s[place] = heard.at_s[place - 1];
-                heard.ping[place] = heard.ping[place - 1];
+            int64_t place = received.count++;
+            for (; place > 0 && received.at_s[place - 1] > other.at_s; place--) {
+                received.at_s[place] = received.at_s[place - 1];
+                received.ping[place] = received.ping[place - 1];
             }
-            heard.at_s[place] = other.at_s, heard.ping[place] = p;
+            received.at_s[place] = other.at_s, received.ping[place] = p;
         }
-    return heard;
+    return received;
 }
 
 static bool is_pulse_of(Train train, Arrival arrival)
@@ -279,7 +279,7 @@ static void follow(Memory memory, Arrival arrival, double now_s)
         train->at_s += steps * train->period_s + (4.0 * n - 2.0) / all * error_s;
         train->period_s += 6.0 / all * error_s / larger(steps, 1.0);
         train->bearing_rad = arrival.bearing_rad;
-        train->heard_s = train->buried > 1.0 ? train->heard_s : now_s;
+        train->received_s = train->buried > 1.0 ? train->received_s : now_s;
     }
 }
 
@@ -287,7 +287,7 @@ static void forget_trains(Memory memory, double now_s)
 {
     int64_t left = 0;
     for (int64_t t = 0; t < *memory.trains; t++)
-        if (now_s - memory.train[t].heard_s < FORGOTTEN_S)
+        if (now_s - memory.train[t].received_s < FORGOTTEN_S)
             memory.train[left++] = memory.train[t];
     *memory.trains = left;
 }
@@ -318,7 +318,7 @@ static bool is_new(Memory memory, const Echo *echo, double reach_m)
     return true;
 }
 
-/* When a ping was sent, s since a fixed instant, and how much later a metre of range is heard. */
+/* When a ping was sent, s since a fixed instant, and how much later a metre of range is received. */
 typedef struct {
     double sent_s, s_a_m;
 } Ping;
@@ -367,8 +367,8 @@ static int64_t seek_trains(Memory memory, Look *look, const Arrival *new, int64_
         look->count = (double)left;
         if (sought++ >= MOST_SOUGHT)
             continue;
-        const Heard heard = heard_from(memory, new[k]);
-        const Guess guess = find_train(&heard, new[k].at_s);
+        const Received received = heard_from(memory, new[k]);
+        const Guess guess = find_train(&received, new[k].at_s);
         if (guess.matched > 0)
             found[trains++] = (Train){guess.period_s, guess.at_s, new[k].bearing_rad, look->end_s,
                                       guess.line ? 0.0 : 1.0, (double)guess.matched};

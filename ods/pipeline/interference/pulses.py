@@ -93,7 +93,7 @@ class PulseFinder:
     def _listen(self, found: Floats, now_s: float) -> None:
         """Listen for pulses that are buried, of known trains and of those that were found, (n, 6), and keep a train."""
         for row in self._trains:
-            if row[BURIED] > 1 and self._buried.are_heard(row):
+            if row[BURIED] > 1 and self._buried.are_received(row):
                 row[HEARD_S] = now_s
         for row in found:
             count = max(self._buried.a_period(row), row[BURIED])

@@ -37,7 +37,7 @@ class _Image:
     signs: Ints
     t_ns: int
     pose: Pose | None
-    """The newest one of the vehicle then, or the first one that was heard."""
+    """The newest one of the vehicle then, or the first one that was received."""
 
 
 class RepeatedImage:

@@ -2,7 +2,7 @@
 
 Such an echo stands in its body's direction, fainter, and behind all bodies by the same difference of range, which stays
 while the vehicle moves. A difference that most loud bodies of most pings show is one; that of a single body may be
-another body, and is not reported. A body counts where its echo by that way is strong enough to be heard. What is known
+another body, and is not reported. A body counts where its echo by that way is loud enough. What is known
 of a way stays while no body can show it, and then one body is enough.
 """
 
@@ -38,7 +38,7 @@ class SecondWays:
     def of(self, ping: Ping, echoes: EchoTable, faint: EchoTable, from_db: float) -> list[float]:
         """Return the excess lengths, m of range, of the paths by which objects appear a second time.
 
-        from_db: from how much over the local tail on an echo is heard.
+        from_db: from how much over the local tail on an echo is received.
         """
         since_s, self._t_ns = (ping.t_ns - self._t_ns) / NS, ping.t_ns
         rise, fall, idle = (-math.expm1(-min(max(since_s, 0.0), 1.0) / each) for each in (RISE_S, FALL_S, FORGET_S))

@@ -1,9 +1,9 @@
 /* The circle that stands for an echo's body, with the beam's width taken out.
 
-   Across the beams, an echo is wider than its object, because a beam of -3 dB width w also hears its surroundings with
+   Across the beams, an echo is wider than its object, because a beam of -3 dB width w also receives its surroundings with
    a Gaussian directivity. In the outermost beam an object's edge at distance x inside or outside the beam's axis leaves
    the share q = Phi(x / s), s = w / 2.355, of the intensity that the beams further in show: so the level of that beam
-   tells where the edge is. */
+   shows where the edge is. */
 
 #ifndef ODS_CIRCLE_H
 #define ODS_CIRCLE_H

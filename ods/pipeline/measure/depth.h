@@ -130,7 +130,7 @@ static inline double goes_on(const Region *region, int64_t column, int64_t step,
 
 /* Moves the ends of an echo so weak that it may be a fragment to where its body may end.
 
-   A fragment deep inside a body looks like a front; how deep the body is, it does not tell. */
+   A fragment deep inside a body looks like a front; it does not show how deep the body is. */
 static inline void reach_further(const Region *region, double background, double mean, const FanTable *fan,
                                  Depth *depth)
 {
@@ -140,7 +140,7 @@ static inline void reach_further(const Region *region, double background, double
         depth->far_m += goes_on(region, region->stop, 1, region->columns - region->stop, background, least) * fan->dr_m;
 }
 
-/* Returns the depth of an echo, of which `ends` tells the ends; mean: its level, in multiples of the background. */
+/* Returns the depth of an echo, whose ends are `ends`; mean: its level, in multiples of the background. */
 static inline Depth depth_of(const Region *region, Ends ends, double background, double mean, const FanTable *fan)
 {
     int64_t nearest = 0;

@@ -67,7 +67,7 @@ static double contrast_of(const Region *region, double peak)
     return larger(1.0, peak * (double)region->count / larger(1e-30, total));
 }
 
-/* Fills in levels, extents, near edge and circle of an echo, and features: what tells how well the circle is known. */
+/* Fills in levels, extents, near edge and circle of an echo, and features: how well the circle is known. */
 static Doubt measure_one(const Region *region, Speckle speckle, const FanTable *fan, Echo *echo, double *features)
 {
     double *beam = ZEROS(double, region->high - region->low + 1);
@@ -122,7 +122,7 @@ static double sum_of(const Echo *echo)
            + echo->sigma_near_m + echo->onset + echo->half_length_m + echo->half_width_m + echo->axis_rad;
 }
 
-/* Fills echoes with those of the regions, which are numbered from 1, and features with what tells how well their
+/* Fills echoes with those of the regions, which are numbered from 1, and features with how well their
    circles are known; both are zero before. Returns the width of a point, columns; NaN where an echo has numbers that are
    not finite. */
 KERNEL_FLOAT(measure_echoes, "f4[beams,columns] image, r16[runs] runs, float background, " RECORDED ", " FAN_TABLE ", "

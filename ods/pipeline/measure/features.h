@@ -1,4 +1,4 @@
-/* The numbers, without units, that tell how well an echo's circle is known (features.py lists them).
+/* The numbers, without units, that show how well an echo's circle is known (features.py lists them).
 
    Each is held to what echoes of bodies have: beyond, the law (laws.npz) says what it says at the border. */
 

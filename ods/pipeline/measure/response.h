@@ -30,7 +30,7 @@
    As loud cells are left out, narrow points come out narrower, by up to a fifth. */
 double width_of_point(const float *image, int64_t beams, int64_t columns, double background);
 
-/* Returns the width, columns, that the filter and the pulse give a point; 0 where no speckle tells it.
+/* Returns the width, columns, that the filter and the pulse give a point; 0 where no speckle shows it.
 
    Of what width_of_point counts, without what the bottom's own relief adds. With q the correlation of neighbours, cells
    two columns apart differ by 1 + q + q^2 + q^3 times as much (mean squares) as neighbours do, as correlations of

@@ -81,7 +81,7 @@ static inline void find_outputs(const double *features, Law law, double *sums)
             sums[k] += totals[j] * law.out[j * law.outputs + k];
 }
 
-/* Returns the standard deviation, m, of which the law tells the logarithm of the variance, in widths of a point. */
+/* Returns the standard deviation, m, by the law for the logarithm of its variance, in widths of a point. */
 static inline double sigma_m(double log_variance, double point_m, double least)
 {
     const double logarithm = 0.5 * log_variance;

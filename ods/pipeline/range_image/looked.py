@@ -11,7 +11,7 @@ BEARINGS, ELEVATIONS = 64, 16
 
 
 def looked_of(pixels: RangePixels, believed: Mask, range_max_m: float) -> LookedVolume:
-    """Return the range up to which nothing was heard, in cells of directions.
+    """Return the range up to which nothing was received, in cells of directions.
 
     believed: (bearings, elevations) pixels whose echo counts, those of the bottom too.
     """

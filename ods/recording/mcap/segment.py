@@ -71,7 +71,7 @@ class Segment:
         self._inside = 0
         self._chunks: list[bytes] = []
         self._enclosed: list[bytes] = []
-        self._told: list[bytes] = []
+        self._metadata: list[bytes] = []
         self._counts: Counter[int] = Counter()
         self._first_ns, self._last_ns = U64, 0
         self._zip = zstandard.ZstdCompressor(level=LEVEL)
@@ -84,7 +84,7 @@ class Segment:
         try:
             self._append(MAGIC + encoded(Header(PROFILE, f"ods {__version__}")))
             for name, fields in metadata.items():
-                self.tell(name, fields)
+                self.add_metadata(name, fields)
             self._append(encoded(*self._schemas, *self._channels))
         except OSError:
             self._file.close()
@@ -127,12 +127,12 @@ class Segment:
         chunk = RECORD.pack(Opcode.CHUNK, len(inside)) + inside
         self._replace_waiting(chunk, len(records), len(packed), (min(times), max(times)))
 
-    def tell(self, name: str, fields: Mapping[str, str]) -> None:
+    def add_metadata(self, name: str, fields: Mapping[str, str]) -> None:
         """Add metadata."""
         self.close_chunk()
         record = encoded(Metadata(name, dict(fields)))
         start = self._append(record)
-        self._told.append(encoded(MetadataIndex(start, len(record), name)))
+        self._metadata.append(encoded(MetadataIndex(start, len(record), name)))
 
     def enclose(self, name: str, media_type: str, data: bytes, utc_ns: int) -> None:
         """Add a file."""
@@ -229,7 +229,7 @@ class Segment:
             Opcode.STATISTICS: encoded(self._statistics()),
             Opcode.CHUNK_INDEX: b"".join(self._chunks),
             Opcode.ATTACHMENT_INDEX: b"".join(self._enclosed),
-            Opcode.METADATA_INDEX: b"".join(self._told),
+            Opcode.METADATA_INDEX: b"".join(self._metadata),
         }
         summary, offsets = b"", b""
         for opcode, group in groups.items():
@@ -249,7 +249,7 @@ class Segment:
             message_count=self._counts.total(),
             message_end_time=self._last_ns,
             message_start_time=self._first_ns if self._counts else 0,
-            metadata_count=len(self._told),
+            metadata_count=len(self._metadata),
             schema_count=len(self._schemas),
         )
 

@@ -78,7 +78,7 @@ class Session:
         if abs(offset_ns - self._utc_ns) > STEP_NS:
             self._steps += 1
             clocks = {"at_ns": str(clock.monotonic_ns()), "utc_offset_ns": str(offset_ns)}
-            self._segment.tell(f"utc step {self._steps}", clocks)
+            self._segment.add_metadata(f"utc step {self._steps}", clocks)
             self._utc_ns = offset_ns
         if not _is_there(self._segment):
             self.abandon()
@@ -126,7 +126,9 @@ class Session:
                 name, pid = sender
                 if not name:
                     continue
-                segment.tell(f"process {name} {pid}", {"process": name, "pid": str(pid), "at_ns": str(message.log_ns)})
+                segment.add_metadata(
+                    f"process {name} {pid}", {"process": name, "pid": str(pid), "at_ns": str(message.log_ns)}
+                )
 
 
 def new_folder(parent: Path) -> Path:

@@ -48,7 +48,7 @@ class DatagramPort(UdpPort):
             return
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self._socket.setsockopt(socket.IPPROTO_IP, _ALL_GROUPS, 0)
-        self._socket.bind(("", self._address.port))  # so that what is sent to this machine alone is heard, too
+        self._socket.bind(("", self._address.port))  # so that what is sent to this machine alone is received, too
         joined = host.packed + ipaddress.IPv4Address(self._interface or "0.0.0.0").packed
         try:
             self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, joined)

@@ -41,7 +41,7 @@ class Port(ABC):
         self._backoff = Backoff(*pauses_s)
         self._due_ns = 0
         self._state = _State.CLOSED
-        self._heard_ns = 0
+        self._received_ns = 0
 
     @property
     def fd(self) -> int | None:
@@ -63,7 +63,7 @@ class Port(ABC):
             self._close_and_wait(now_ns, error)
             return False
         self._state = _State.OPEN
-        self._heard_ns = now_ns
+        self._received_ns = now_ns
         self.counters["port_opens"] += 1
         self.fault = ""
         return True
@@ -78,7 +78,7 @@ class Port(ABC):
             self._lose(now_ns, error)
             return b""
         if data:
-            self._heard_ns = now_ns
+            self._received_ns = now_ns
             self._backoff.worked()
         return data
 

@@ -66,5 +66,5 @@ class TcpPort(SocketPort):
 
     def _examine(self, now_ns: int) -> None:
         """Raise when the connection has been silent for too long: its other end may be gone without a word."""
-        if self._silence_s and now_ns - self._heard_ns > self._silence_s * NS:
+        if self._silence_s and now_ns - self._received_ns > self._silence_s * NS:
             raise PortError(f"connected, but silent for {self._silence_s:g} s")

@@ -12,7 +12,7 @@ RETRY_NS = NS
 
 
 class Datagram(NamedTuple):
-    """What was heard."""
+    """What was received."""
 
     data: bytes
     sender: str
@@ -24,12 +24,12 @@ class UdpListener:
 
     def __init__(self, port: int) -> None:
         self.fault = ""
-        """Why nothing can be heard, in plain words; '' when something can."""
+        """Why nothing can be received, in plain words; '' when something can."""
         self._port = port
         self._socket: socket.socket | None = None
         self._due_ns = 0
 
-    def hear(self, now_ns: int) -> list[Datagram]:
+    def receive(self, now_ns: int) -> list[Datagram]:
         """Return the datagrams that have come; open the port first, or try again a second after that failed."""
         if self._socket is None and now_ns < self._due_ns:
             return []

@@ -30,7 +30,7 @@ class UdpPeerPort(SocketPort):
         version = ipaddress.ip_address(self._address.host).version
         family = socket.AF_INET6 if version == 6 else socket.AF_INET
         self._socket = socket.socket(family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
-        self._socket.connect(self._address)  # nothing is sent: from now on only this peer is heard
+        self._socket.connect(self._address)  # nothing is sent: from now on only this peer is received
 
     def _receive(self) -> bytes:
         try:
@@ -44,5 +44,5 @@ class UdpPeerPort(SocketPort):
     def _examine(self, now_ns: int) -> None:
         """Raise the error that the socket reports, such as a closed port at the peer, or the peer's silence."""
         self._raise_error()
-        if self._silence_s and now_ns - self._heard_ns > self._silence_s * NS:
+        if self._silence_s and now_ns - self._received_ns > self._silence_s * NS:
             raise PortError(f"silent for {self._silence_s:g} s")

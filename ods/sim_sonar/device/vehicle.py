@@ -23,7 +23,7 @@ HEARTBEAT_S = 0.2
 
 
 def steered_of(settings: ObeyingVehicle, path: VehiclePath) -> Steered:
-    """Return the vehicle at its scene's start, before it has heard of any set point."""
+    """Return the vehicle at its scene's start, before it has received of any set point."""
     north, east, _ = path.velocity_ned
     start = at_start(np.radians(path.heading_deg).item(), float(np.hypot(north, east)), path.position_ned or (0, 0, 0))
     return Steered(settings.can_do, start, settings.current_m_s, KEPT)
@@ -62,7 +62,7 @@ class LiveVehicle:
         self.stops = 0
         self._vehicle, self._node, self._mission = vehicle, node, mission
         self._lag_s = ping_period_s + LAG_MARGIN_S
-        self._heard_ns = mission.start_ns
+        self._received_ns = mission.start_ns
         self._truth_ns = mission.start_ns
         self._seq = 0
 
@@ -83,9 +83,9 @@ class LiveVehicle:
         self._node.boot()
         self._node.beat(now_ns)
         if wanted is not None:
-            self._heard_ns = max(self._heard_ns, now_ns)
+            self._received_ns = max(self._received_ns, now_ns)
             self._vehicle.obey(*wanted)
-        elif now_ns - self._heard_ns > self._node.deadline_ns:
+        elif now_ns - self._received_ns > self._node.deadline_ns:
             self.stops += not self._vehicle.stopped
             self._vehicle.stop()
 

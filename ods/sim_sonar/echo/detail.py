@@ -23,7 +23,7 @@ class Detail(NamedTuple):
     lean: float
     """Largest change of a flat sea-bed's elevation between tabulated bearings."""
     reach: float
-    """Beam widths from a beam's axis beyond which the sea-bed is heard as its mean over all bearings."""
+    """Beam widths from a beam's axis beyond which the sea-bed is received as its mean over all bearings."""
 
 
 def detail_of(max_error: float) -> Detail:

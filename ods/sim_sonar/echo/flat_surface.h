@@ -23,7 +23,7 @@ typedef struct {
     double height_m;
     const double *weight;   /* (samples,) */
     const double *nearness; /* (samples + 1,) */
-    double *place, *heard;
+    double *place, *received;
 } FlatSurface;
 
 /* A `FlatSurface` in a signature: four arguments. */
@@ -38,7 +38,7 @@ static inline FlatSurface flat_surface_from(const Argument *arguments, int k)
         .weight = ARRAY(const double, k + 2),
         .nearness = ARRAY(const double, k + 3),
         .place = SCRATCH(double, SIZE(k + 3, 0)),
-        .heard = SCRATCH(double, SIZE(k + 3, 0)),
+        .received = SCRATCH(double, SIZE(k + 3, 0)),
     };
 }
 
@@ -55,15 +55,15 @@ static inline void fill_flat_surface(double edge_m, double dr_m, int64_t samples
 }
 
 /* Adds `weight` (bins,) times the change of `table`, the vertical pattern's sum, between `place` (bins + 1,). */
-static inline void add_heard(const double *restrict table, const double *restrict place, const double *restrict weight,
-                             int64_t bins, double *restrict heard, double *restrict out)
+static inline void add_received(const double *restrict table, const double *restrict place, const double *restrict weight,
+                             int64_t bins, double *restrict received, double *restrict out)
 {
     for (int64_t k = 0; k <= bins; k++) {
         const int32_t node = (int32_t)place[k];
-        heard[k] = table[node] + (place[k] - node) * (table[node + 1] - table[node]);
+        received[k] = table[node] + (place[k] - node) * (table[node + 1] - table[node]);
     }
     for (int64_t k = 0; k < bins; k++)
-        out[k] += weight[k] * fabs(heard[k + 1] - heard[k]);
+        out[k] += weight[k] * fabs(received[k + 1] - received[k]);
 }
 
 /* The half plane of one bearing: the foot of the perpendicular from the sonar, and its elevation. */
@@ -92,8 +92,8 @@ static inline Bins flat_branch(const FlatSurface *surface, const Grid *grid, Fla
         place[k] = smaller(larger((sine * c + aside * sqrt(1.0 - c * c) + 1.0) * scale, 0.0), most);
     }
     for (int64_t plane = 0; plane < grid->planes; plane++)
-        add_heard(grid->vertical_sum + plane * grid->sum_nodes, place, surface->weight + first, last - first,
-                  surface->heard, out + plane * plane_stride + first);
+        add_received(grid->vertical_sum + plane * grid->sum_nodes, place, surface->weight + first, last - first,
+                  surface->received, out + plane * plane_stride + first);
     return (Bins){first, last};
 }
 

@@ -1,4 +1,4 @@
-/* How thin columns of the fan become beams: each beam hears them through its horizontal pattern. */
+/* How thin columns of the fan become beams: each beam receives them through its horizontal pattern. */
 
 #ifndef ODS_MIXING_H
 #define ODS_MIXING_H
@@ -26,11 +26,11 @@ static inline double blended_pattern(const Grid *grid, double offset, double wid
     return total / parts;
 }
 
-/* Sets `out` (beams, columns) to how much each beam hears of each column between the rising borders `bearing`, rad. A
-   beam hears nothing of columns beyond `reach` beam widths of its axis.
+/* Sets `out` (beams, columns) to how much each beam receives of each column between the rising borders `bearing`, rad. A
+   beam receives nothing of columns beyond `reach` beam widths of its axis.
 
    `parts`: places at which the change from one column to the next is sampled. One where there is a step; more of evenly
-   wide columns between which what is heard changes linearly. */
+   wide columns between which what is received changes linearly. */
 static inline void blended_shares(const double *restrict bearing, int64_t columns, const Grid *grid, double reach,
                                   int parts, double *restrict out)
 {

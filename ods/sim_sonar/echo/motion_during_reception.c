@@ -1,4 +1,4 @@
-/* What surrounds a sonar that moves and turns while the echoes come back, as it hears it. */
+/* What surrounds a sonar that moves and turns while the echoes come back, as it receives it. */
 
 #include "ods/sim_sonar/echo/bodies.h"
 
@@ -23,29 +23,29 @@ static double distance_between(const double *a, const double *b)
 }
 
 /* Moves and turns each body, NED, about its middle: a sonar at rest in its pose at transmission, `sent`, has the same
-   echoes of it as one that moves, whose pose at reception, of each body, is `heard`. */
-KERNEL(as_heard, BODIES ", f8[bodies,3] middle, f8[3] sent_ned, f8[4] sent_attitude, f8[bodies,3] heard_ned, "
-                        "f8[bodies,4] heard_attitude, out r152[bodies] heard")
+   echoes of it as one that moves, whose pose at reception, of each body, is `received`. */
+KERNEL(as_received, BODIES ", f8[bodies,3] middle, f8[3] sent_ned, f8[4] sent_attitude, f8[bodies,3] received_ned, "
+                        "f8[bodies,4] received_attitude, out r152[bodies] received")
 {
     const double *sent_ned = ARRAY(const double, 2);
     double forth[3][3], back[3][3];
     set_rotation(ARRAY(const double, 3), forth);
     for (int64_t k = 0; k < SIZE(0, 0); k++) {
         const Body *body = ARRAY(const Body, 0) + k;
-        const double *middle = ARRAY(const double, 1) + 3 * k, *heard_ned = ARRAY(const double, 4) + 3 * k;
-        Body *heard = ARRAY(Body, 6) + k;
+        const double *middle = ARRAY(const double, 1) + 3 * k, *received_ned = ARRAY(const double, 4) + 3 * k;
+        Body *received = ARRAY(Body, 6) + k;
         set_rotation(ARRAY(const double, 5) + 4 * k, back);
-        const double again = larger(distance_between(middle, heard_ned), LEAST_DISTANCE_M);
+        const double again = larger(distance_between(middle, received_ned), LEAST_DISTANCE_M);
         const double stretch = 0.5 * (distance_between(middle, sent_ned) + again) / again;
         double way[3];
         for (int j = 0; j < 3; j++)
-            way[j] = stretch * (middle[j] - heard_ned[j]) + body->centre[j] - middle[j];
-        *heard = *body;
+            way[j] = stretch * (middle[j] - received_ned[j]) + body->centre[j] - middle[j];
+        *received = *body;
         for (int i = 0; i < 3; i++) {
             const double turn[3] = {dot(forth[i], back[0]), dot(forth[i], back[1]), dot(forth[i], back[2])};
-            heard->centre[i] = sent_ned[i] + dot(turn, way);
+            received->centre[i] = sent_ned[i] + dot(turn, way);
             for (int axis = 0; axis < 3; axis++)
-                heard->axes[axis][i] = dot(turn, body->axes[axis]);
+                received->axes[axis][i] = dot(turn, body->axes[axis]);
         }
     }
 }

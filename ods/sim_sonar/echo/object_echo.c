@@ -6,7 +6,7 @@
 #include "ods/sim_sonar/echo/ray_budget.h"
 #include "ods/sim_sonar/echo/reflection.h"
 
-/* Beam widths from a column within which beams hear it on its own; the others hear it with its neighbours. */
+/* Beam widths from a column within which beams receive it on its own; the others receive it with its neighbours. */
 #define NEAR_WIDTHS 3.0
 /* Bins under which a column's range counts as one. */
 #define LEAST_SMEAR 0.5
@@ -215,7 +215,7 @@ static Bins plane_column(double *rows, const FlatSurface *flat, const Traced *ob
     const int64_t reach = node_at(0.5 * width, (double)samples) + 2;
     bins = (Bins){larger_i(bins.first - reach, 0), smaller_i(bins.last + reach, samples)};
     for (int64_t plane = 0; plane < grid->planes; plane++)
-        smear(rows + plane * samples + bins.first, bins.last - bins.first, width, flat->heard);
+        smear(rows + plane * samples + bins.first, bins.last - bins.first, width, flat->received);
     return bins;
 }
 
@@ -233,7 +233,7 @@ static FlatSurface surface_of(const Body *body, const Grid *grid)
 
 /* ---------------------------------------------------------------- columns to beams */
 
-/* Returns the end of the columns from `a` on that distant beams hear together; aside of all beams each is alone.
+/* Returns the end of the columns from `a` on that distant beams receive together; aside of all beams each is alone.
 
    Those of one beam width, counted from straight ahead: left and right are alike. */
 static int64_t end_of_neighbours(const RayFan *rays, int64_t a, const Grid *grid)
@@ -293,7 +293,7 @@ typedef struct {
     double *far;               /* (beams,) */
 } Mixer;
 
-/* Adds the columns from `a` to before `end`: near beams hear each on its own, the others all together. */
+/* Adds the columns from `a` to before `end`: near beams receive each on its own, the others all together. */
 static void add_group(double *image, const Mixer *mixer, int64_t a, int64_t end)
 {
     const Traced *object = mixer->object;

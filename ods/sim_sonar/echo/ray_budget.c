@@ -13,9 +13,9 @@
 #define SHIFT 50.0
 /* Parts of a column whose range changes by more. */
 #define MAX_PARTS 16
-/* Cells of elevation of a plane, per radian, over those of a whole sphere: they tell what hides it. */
+/* Cells of elevation of a plane, per radian, over those of a whole sphere: they show what hides it. */
 #define PLANE_LOBES 1.6
-/* Columns of endless planes that only side lobes hear are wider by this. */
+/* Columns of endless planes that only side lobes receive are wider by this. */
 #define ASIDE 2.0
 /* Share of a width that is next to none. */
 #define TINY 1e-9
@@ -28,11 +28,11 @@ static double weight_of(const Body *body, const Grid *grid)
     const double radius = sqrt(body->half[0] * larger(body->half[0], body->half[2]));
     const double distance = larger(sqrt(dot(body->centre, body->centre)), radius);
     const double sine = -body->centre[2] / distance, reach = radius / distance;
-    double heard = 0.0;
+    double received = 0.0;
     for (int64_t plane = 0; plane < grid->planes; plane++)
-        heard += mean_two_way(grid, plane, larger(sine - reach, -1.0), smaller(sine + reach, 1.0));
+        received += mean_two_way(grid, plane, larger(sine - reach, -1.0), smaller(sine + reach, 1.0));
     const double samples = larger(1.0, radius / grid->dr_m) * larger(1.0, 2.0 * reach / grid->beam_width_rad);
-    return (body->cd + body->cs) * heard * radius * radius / sqrt(samples);
+    return (body->cd + body->cs) * received * radius * radius / sqrt(samples);
 }
 
 /* Sets the relative errors that the echoes of bodies in the sonar's frame may have; together they make `max_error`.
@@ -94,7 +94,7 @@ static void add_columns(Columns *columns, double begin, double end, int64_t part
         columns->bearing[++columns->used] = begin + (end - begin) * (double)k / (double)parts;
 }
 
-/* Adds the columns between two marks `part` apart. `aside`: only side lobes hear them; `kept`: columns that others
+/* Adds the columns between two marks `part` apart. `aside`: only side lobes receive them; `kept`: columns that others
    need. */
 static void add_between_marks(Columns *columns, const Body *body, double start, double part, bool aside, int64_t kept)
 {

@@ -1,4 +1,4 @@
-/* What the rays that have met an object tell of its shadow. */
+/* The shadow of an object, by the rays that have met it. */
 
 #include "ods/sim_sonar/echo/shadow.h"
 #include "ods/sim_sonar/echo/bodies.h"

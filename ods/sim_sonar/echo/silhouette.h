@@ -222,7 +222,7 @@ static inline void sort(double *values, int count)
 }
 
 /* Sets `marks` to the bearings, rad, rising, at which a body in the sonar's frame begins, has corners or rims, and
-   ends; all round when they cannot be told. Returns how many. */
+   ends; all round when they cannot be found. Returns how many. */
 static inline int bearing_marks(const Body *body, double *marks)
 {
     double x[MOST_MARKS], y[MOST_MARKS];

@@ -11,7 +11,7 @@ from ods.sim_sonar.sonar.patterns import NODES_PER_WIDTH
 
 
 def beam_weights(sonar: SonarModel, source: Interference, pose: VehiclePose) -> Floats:
-    """Return (beams,) how strong each beam hears the source: its horizontal pattern, power, one way."""
+    """Return (beams,) how strong each beam receives the source: its horizontal pattern, power, one way."""
     body = geometry.global_to_body(np.array(source.position_ned), *pose)
     _, bearing, _ = geometry.body_to_polar(body)
     offset = geometry.wrap_angle(sonar.bearing_rad - bearing) / sonar.beam_width_rad

@@ -4,8 +4,8 @@
 
 #define HIGHEST 255
 
-/* The highest level whose threshold an amplitude, 0 or more, reaches. A float's upper bits tell its level or one below
-   (`table`, by the bits that are left after a shift); the thresholds above that tell which. */
+/* The highest level whose threshold an amplitude, 0 or more, reaches. A float's upper bits give its level or one below
+   (`table`, by the bits that are left after a shift); the thresholds above that decide which. */
 LONG_KERNEL(look_up_levels, "f4[n] amplitude, u1[:] table, f4[256] thresholds, int shift, out u1[n] samples")
 {
     const float *restrict amplitude = ARRAY(float, 0), *restrict thresholds = ARRAY(float, 2);

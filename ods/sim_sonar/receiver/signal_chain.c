@@ -1,4 +1,4 @@
-/* From the area that each sample hears to the amplitude that the sonar shows. */
+/* From the area that each sample receives to the amplitude that the sonar shows. */
 
 #include "ods/sim_sonar/receiver/random_field.h"
 
@@ -60,7 +60,7 @@ static void amplify(float *restrict row, const float *restrict over_range, float
    signal_chain.py. A number that is none stays none: nothing hides that levels are too high. */
 LONG_KERNEL(receive,
             "f8[beams,samples] area, "
-            "f4[samples] echo, f4[samples] noise, f4[sources,beams] heard, f4[sources,samples] arriving, "
+            "f4[samples] echo, f4[samples] noise, f4[sources,beams] received, f4[sources,samples] arriving, "
             "f4[samples] over_range, f4[beams] over_beams, float saturation, "
             "u4[beams,samples] keys, int salt, " NORMAL_TABLE ", f4[:] law, f4[3] frozen, float reach, "
             "out f4[beams,samples] image")

@@ -1,4 +1,4 @@
-"""From the area that each sample hears to the amplitude that the sonar shows: gain, speckle, noise, imperfections."""
+"""From the area of each sample to the amplitude that the sonar shows: gain, speckle, noise, imperfections."""
 
 from typing import NamedTuple
 
@@ -31,7 +31,7 @@ class Levels(NamedTuple):
     """(samples,) of 1 m2."""
     noise: Normals
     """(samples,) of the receiver's noise."""
-    heard: Normals
+    received: Normals
     """(sources, beams) of other sonars and loud spells, by beam."""
     arriving: Normals
     """(sources, samples) share of each sample that they fill."""
@@ -97,13 +97,13 @@ class Receiver:
         """Return the levels of one ping."""
         sources, spells, sonar = self._levels.interference, self._levels.loud_spells, self._sonar
         count = len(sources) + len(spells)
-        heard, arriving = np.zeros((count, sonar.beams)), np.zeros((count, sonar.samples))
+        received, arriving = np.zeros((count, sonar.beams)), np.zeros((count, sonar.samples))
         for index, source in enumerate(sources):
-            heard[index] = source.level_counts**2 * beam_weights(sonar, source, sent.pose)
+            received[index] = source.level_counts**2 * beam_weights(sonar, source, sent.pose)
             arriving[index] = arrivals(sonar, source, sent.t_s)
         for index, spell in enumerate(spells, len(sources)):
             stop = spell.first_beam + spell.beams if spell.beams else sonar.beams
-            heard[index, spell.first_beam : stop] = spell.level_counts**2
+            received[index, spell.first_beam : stop] = spell.level_counts**2
             arriving[index] = spell.from_s <= sent.t_s < spell.to_s
         over_range = self._over_range
         if self._arcs:
@@ -112,7 +112,7 @@ class Receiver:
         return Levels(
             self._echo,
             self._noise,
-            heard.astype(np.float32),
+            received.astype(np.float32),
             arriving.astype(np.float32),
             over_range,
             self._over_beams,
@@ -122,7 +122,7 @@ class Receiver:
     def mean_image(self, area: Floats, levels: Levels) -> Image:
         """Return the root mean square amplitude, counts, (beams, samples) float32, of a mean area (beams, samples)."""
         power = self._by_all_ways(area) * levels.echo + levels.noise
-        power += levels.heard.T @ levels.arriving
+        power += levels.received.T @ levels.arriving
         image = np.sqrt(power, out=power).astype(np.float32)
         image *= levels.over_range
         image *= levels.over_beams[:, None]
@@ -145,13 +145,13 @@ class Receiver:
         return field
 
     def _by_all_ways(self, area: Floats) -> Floats:
-        """Return the area, (beams, samples), with what is heard by longer ways."""
-        heard = area
+        """Return the area, (beams, samples), with what is received by longer ways."""
+        received = area
         for way in self._levels.second_ways:
             later = round(way.longer_m / self._sonar.dr_m)
-            heard = heard.copy() if heard is area else heard
-            heard[:, later:] += 10.0 ** (0.1 * way.gain_db) * area[:, : -later or None]
-        return heard
+            received = received.copy() if received is area else received
+            received[:, later:] += 10.0 ** (0.1 * way.gain_db) * area[:, : -later or None]
+        return received
 
 
 def _power(level_db: Floats, amplitude: float) -> Normals:

@@ -3,7 +3,7 @@
 
 #include "ods/sim_sonar/receiver/random_field.h"
 
-/* Steps in which a number's own borders are laid, and the bits that tell one of them. */
+/* Steps in which a number's own borders are laid, and the bits that number them. */
 #define OFFSETS 1024
 #define OFFSET_BITS 10
 /* What a cell along and across the beam, in heading and in time adds to a key. */
@@ -83,9 +83,9 @@ typedef struct {
     int64_t first, last;
 } Run;
 
-/* Sets `runs` to the samples at which any beam hears an echo; gaps as short as `margin` are filled, as to begin anew
+/* Sets `runs` to the samples at which any beam receives an echo; gaps as short as `margin` are filled, as to begin anew
    costs more. Returns how many runs. */
-static int64_t runs_heard(const double *area, int64_t beams, int64_t samples, int64_t margin, Run *runs)
+static int64_t runs_received(const double *area, int64_t beams, int64_t samples, int64_t margin, Run *runs)
 {
     double *most = ZEROS(double, samples);
     int64_t count = 0;
@@ -114,7 +114,7 @@ LONG_KERNEL(fill_speckle,
     float *raw = SCRATCH(float, width), *smooth = SCRATCH(float, width), *out = ARRAY(float, 15);
     uint32_t *bits = SCRATCH(uint32_t, width);
     Run *runs = SCRATCH(Run, samples);
-    const int64_t count = runs_heard(ARRAY(double, 14), SIZE(15, 0), samples, range_taps, runs);
+    const int64_t count = runs_received(ARRAY(double, 14), SIZE(15, 0), samples, range_taps, runs);
     for (int64_t r = 0; r < planes * rows; r++)
         for (int64_t k = 0; k < count; k++) {
             const int64_t first = runs[k].first, last = smaller_i(runs[k].last, width - range_taps + 1);

@@ -13,7 +13,7 @@
 #include "ods/sim_sonar/echo/ray_budget.h"
 #include "ods/sim_sonar/echo/shadow.h"
 
-/* Least cosine between a step and the ray that is told apart from 0: there the whole step lies at one range. */
+/* Least cosine between a step and the ray that is distinguished from 0: there the whole step lies at one range. */
 #define STEEPEST 0.02
 /* Least cosine between the sonar's axis and a facet's normal, times the normal's length, at which it is a slope. */
 #define LEAST_LEAN 0.02
@@ -118,7 +118,7 @@ static void ramp(double *restrict row, int64_t samples, double power, double one
         row[j] += start + rise * ((double)j + 0.5);
 }
 
-/* Adds the echo of `pieces` as heard by one plane to `row` (samples,). */
+/* Adds the echo of `pieces` as received by one plane to `row` (samples,). */
 static void fill(double *row, const Piece *pieces, int64_t count, int64_t plane, const Grid *grid)
 {
     const double per_bin = 1.0 / grid->dr_m, *vertical = grid->vertical + plane * grid->vertical_nodes;
@@ -202,19 +202,19 @@ static void mix_drawn(const March *march, double *image, int64_t column, int64_t
     }
 }
 
-/* Adds the mean of all `columns`, as far as beams do not hear them one by one, to the image; then the sum is zero. */
+/* Adds the mean of all `columns`, as far as beams do not receive them one by one, to the image; then the sum is zero. */
 static void mix_mean(const March *march, double *image, Bins bins, const double *shares, int64_t columns)
 {
     const Grid *grid = march->grid;
     const int64_t samples = grid->samples, width = bins.last - bins.first;
     const double whole = pattern_width(grid);
     for (int64_t beam = 0; beam < grid->beams && width > 0; beam++) {
-        double heard = 0.0;
+        double received = 0.0;
         for (int64_t a = 0; a < columns; a++)
-            heard += shares[beam * columns + a];
+            received += shares[beam * columns + a];
         for (int64_t plane = 0; plane < grid->planes; plane++)
             add_share(image + (plane * grid->beams + beam) * samples + bins.first,
-                      march->sum + plane * samples + bins.first, (whole - heard) / (double)columns, width);
+                      march->sum + plane * samples + bins.first, (whole - received) / (double)columns, width);
     }
     memset(march->sum, 0, (size_t)(grid->planes * samples) * sizeof *march->sum);
 }

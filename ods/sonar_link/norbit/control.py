@@ -98,7 +98,7 @@ class CommandControl:
         self.counters["control_requests"] += 1
         return [self._now.words.encode() + b"\r\n"]
 
-    def hear(self, data: bytes, now_ns: int) -> None:
+    def receive(self, data: bytes, now_ns: int) -> None:
         """Take what came on the command port, in any chunking."""
         *lines, rest = _LINE_END.split(self._bytes + data)
         self._bytes = rest if len(rest) <= LONGEST_LINE else b""

@@ -95,7 +95,7 @@ class NorbitProtocol(SonarProtocol):
 
     def answered(self, data: bytes, now_ns: int) -> None:
         """Take answers."""
-        self._control.hear(data, now_ns)
+        self._control.receive(data, now_ns)
 
     def requests(self, now_ns: int) -> list[bytes]:
         """Return the command that is due; none without a command port."""
@@ -185,7 +185,7 @@ class NorbitProtocol(SonarProtocol):
         self._seq += 1
         self._numbers.follow(head.ping_number)
         self._mode, self._newest_ns = head.mode, packet.last_ns
-        self.orders.hear(Controls(range_m=ping.range0_m + (ping.samples - 1) * ping.dr_m), packet.last_ns)
+        self.orders.receive(Controls(range_m=ping.range0_m + (ping.samples - 1) * ping.dr_m), packet.last_ns)
         self.counters["pings"] += 1
         sent_ns = self._sent_ns(head.time_s, packet.first_ns, listening_ns(ping))
         return msgspec.structs.replace(ping, t_ns=sent_ns, setting=setting_of(head))

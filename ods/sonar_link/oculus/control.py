@@ -39,7 +39,7 @@ class FireControl:
         """Say nothing until there is a connection."""
         self._due_ns = None
 
-    def hear(self, reported: Fire, now_ns: int) -> None:
+    def receive(self, reported: Fire, now_ns: int) -> None:
         """Take what a ping result repeats of the fire message."""
         self._unlike = differences(self._wanted, reported)
         if self._unlike and self._taken:

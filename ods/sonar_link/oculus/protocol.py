@@ -1,4 +1,4 @@
-"""The Oculus behind the seam: messages to pings, the fire message out, the status broadcast heard. Sans-IO."""
+"""The Oculus behind the seam: messages to pings, the fire message out, the status broadcast received. Sans-IO."""
 
 from collections import Counter
 
@@ -98,9 +98,9 @@ class OculusProtocol(SonarProtocol):
         """Return the fire message when it is due."""
         return self._control.requests(now_ns)
 
-    def heard(self, datagram: bytes, _sender: str, now_ns: int) -> None:
+    def received(self, datagram: bytes, _sender: str, now_ns: int) -> None:
         """Take a status; the address in it counts, not the sender's, as a router may stand between."""
-        self._board.hear(datagram, now_ns)
+        self._board.receive(datagram, now_ns)
 
     def problems(self, now_ns: int) -> list[str]:
         """Return what is wrong with the sonar, its settings or the way to it."""
@@ -110,8 +110,8 @@ class OculusProtocol(SonarProtocol):
                 said.append("the sonar is in standby")
             return said + self._control.problems(now_ns)
         waited = self._begun_ns is not None and now_ns - self._begun_ns > GRACE_NS
-        heard = self._board.own(now_ns) or self._board.other(now_ns)
-        return said + ([self._board.why_unreachable(now_ns)] if self.side_port and (heard or waited) else [])
+        received = self._board.own(now_ns) or self._board.other(now_ns)
+        return said + ([self._board.why_unreachable(now_ns)] if self.side_port and (received or waited) else [])
 
     def traffic(self, seconds: float) -> str:
         """Return which messages came, and from which sonar."""
@@ -168,8 +168,8 @@ class OculusProtocol(SonarProtocol):
             return None
         self._seq += 1
         self._numbers.follow(result.ping_number)
-        self._control.hear(result.fire, message.last_ns)
-        self.orders.hear(Controls(range_m=result.fire.range_m), message.last_ns)
+        self._control.receive(result.fire, message.last_ns)
+        self.orders.receive(Controls(range_m=result.fire.range_m), message.last_ns)
         self.counters["pings"] += 1
         sent_ns = self._sent_ns(result.start_s, message.first_ns, listening_ns(ping))
         fire = result.fire

@@ -33,11 +33,11 @@ class StatusBoard:
         self.counters = counters
         self._address = address
         self.newest_ns = 0
-        """When a status of any sonar was heard last."""
+        """When a status of any sonar was received last."""
         self._own: tuple[int, SonarStatus] | None = None
         self._other: tuple[int, SonarStatus] | None = None
 
-    def hear(self, datagram: bytes, now_ns: int) -> None:
+    def receive(self, datagram: bytes, now_ns: int) -> None:
         """Take what came to the status port."""
         try:
             status = decode_status(datagram)
@@ -57,7 +57,7 @@ class StatusBoard:
         return _fresh(self._own, now_ns)
 
     def other(self, now_ns: int) -> SonarStatus | None:
-        """Return the status of another sonar that was heard last, None when none is fresh."""
+        """Return the status of another sonar that was received last, None when none is fresh."""
         return _fresh(self._other, now_ns)
 
     def problems(self, now_ns: int) -> list[str]:
@@ -71,10 +71,10 @@ class StatusBoard:
         if own and own.client != NO_CLIENT:
             return f"it says that {own.client} has its connection"
         if own:
-            return "its status is heard, so it is on: is this machine in its network?"
+            return "its status is received, so it is on: is this machine in its network?"
         if other:
-            return f"a sonar at {other.address} is heard ({model_of(other)}): is sonar.port right?"
-        return "no status of any sonar is heard: is it on, and the cable in?"
+            return f"a sonar at {other.address} is received ({model_of(other)}): is sonar.port right?"
+        return "no status of any sonar is received: is it on, and the cable in?"
 
 
 def model_of(status: SonarStatus) -> str:
@@ -97,5 +97,5 @@ def troubles(status: SonarStatus) -> list[str]:
     return said
 
 
-def _fresh(heard: tuple[int, SonarStatus] | None, now_ns: int) -> SonarStatus | None:
-    return heard[1] if heard and now_ns - heard[0] <= STALE_S * NS else None
+def _fresh(received: tuple[int, SonarStatus] | None, now_ns: int) -> SonarStatus | None:
+    return received[1] if received and now_ns - received[0] <= STALE_S * NS else None

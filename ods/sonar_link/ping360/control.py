@@ -66,7 +66,7 @@ class SweepControl:
         self._introduced = True
         return [*who, messages.auto_transmit(self._transmission, self._sweep)]
 
-    def hear(self, beam: Beam, now_ns: int) -> None:
+    def receive(self, beam: Beam, now_ns: int) -> None:
         """Take a beam: it shows what the sonar does. Once it does it, silence makes it be asked again."""
         self._other = self._difference(beam)
         self.refusal = ""

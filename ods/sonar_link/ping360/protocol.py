@@ -155,7 +155,7 @@ class Ping360Protocol(SonarProtocol):
             return []
         self.counters["beams"] += 1
         self._newest_ns = packet.last_ns
-        self._control.hear(beam, packet.last_ns)
+        self._control.receive(beam, packet.last_ns)
         listening_ns = round(len(beam.samples) * beam.period * TICK_S * NS)
         pieces = self._sector.take(TimedBeam(beam, packet.first_ns - listening_ns - self._latency_ns))
         return self._pings(pieces, packet.last_ns)
@@ -185,7 +185,7 @@ class Ping360Protocol(SonarProtocol):
         listened_ns = round(len(beam.samples) * beam.period * TICK_S * NS) + self._latency_ns
         read_ns = newest_ns + listened_ns if last_ns is None else last_ns
         ping = build_ping(piece.samples, geometry, Stamp(self._seq, self._seq, newest_ns, read_ns))
-        self.orders.hear(Controls(range_m=dr_m * ping.samples), read_ns)
+        self.orders.receive(Controls(range_m=dr_m * ping.samples), read_ns)
         self._turn_s = piece.sweep.turn_s
         return msgspec.structs.replace(ping, beam_t_ns=piece.t_ns, sweep=piece.sweep, setting=setting_of(beam))
 

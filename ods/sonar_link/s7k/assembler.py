@@ -115,7 +115,7 @@ class _Sonar:
 
     def table_at(self, time_ns: int | None) -> BeamTable:
         """Return the beam table of the ping whose samples are of `time_ns`. Raises RecordError when it was lost."""
-        owns = any(told_ns == time_ns for told_ns, _ in self.tables)
+        owns = any(sent_ns == time_ns for sent_ns, _ in self.tables)
         lost = not owns and self._sends_with_each_ping()
         self._own_tables.append(owns)
         if lost or not self.tables:
@@ -129,8 +129,8 @@ class _Sonar:
     def _newest_table(self, time_ns: int | None) -> BeamTable:
         """Return the newest beam table that is not from a later ping. Raises RecordError when it was a bad one."""
         table = self.tables[-1][1]
-        for told_ns, candidate in reversed(self.tables):
-            if told_ns is None or time_ns is None or told_ns <= time_ns:
+        for sent_ns, candidate in reversed(self.tables):
+            if sent_ns is None or time_ns is None or sent_ns <= time_ns:
                 table = candidate
                 break
         if table is None:

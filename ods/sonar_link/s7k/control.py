@@ -52,7 +52,7 @@ class RemoteControl:
 
     def take(self, controls: Controls, now_ns: int) -> None:
         """Take what record 7000 says."""
-        self._orders.hear(controls, now_ns)
+        self._orders.receive(controls, now_ns)
 
     def answered(self, reply: ControlReply) -> None:
         """Take what the sonar replied to a request."""

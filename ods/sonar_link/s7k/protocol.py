@@ -52,7 +52,7 @@ class S7kProtocol(SonarProtocol):
         self._pinged_ns: dict[DeviceId, int] = {}
         """When the newest ping of each came."""
         self._sonar = records.DEVICE
-        """The device that requests go to: that of the last settings heard."""
+        """The device that requests go to: that of the last settings received."""
         self._transmissions = 0
         self._record_types: Counter[int] = Counter()
 
@@ -92,11 +92,11 @@ class S7kProtocol(SonarProtocol):
     def _others(self, now_ns: int) -> list[str]:
         """Return a text that several sonars ping: images of all are taken for those of the one whose mounting is
         configured."""
-        heard = sorted(device for device, t_ns in self._pinged_ns.items() if now_ns - t_ns < TOLD_NS)
-        if len(heard) < 2:
+        received = sorted(device for device, t_ns in self._pinged_ns.items() if now_ns - t_ns < TOLD_NS)
+        if len(received) < 2:
             return []
-        names = ", ".join(f"{device.number}:{device.enumerator}" for device in heard)
-        return [f"{len(heard)} sonars ping on this line (devices {names}): leave one on"]
+        names = ", ".join(f"{device.number}:{device.enumerator}" for device in received)
+        return [f"{len(received)} sonars ping on this line (devices {names}): leave one on"]
 
     def traffic(self, seconds: float) -> str:
         """Return how often each type of record came."""

@@ -122,7 +122,7 @@ class Sonar3d15Protocol(SonarProtocol):
         self._seq += 1
         self._numbers.follow(image.number)
         self._newest_ns = now_ns
-        self.orders.hear(Controls(range_m=farthest_m(ping)), now_ns)
+        self.orders.receive(Controls(range_m=farthest_m(ping)), now_ns)
         self.counters["pings"] += 1
         return msgspec.structs.replace(ping, t_ns=self._sent_ns(image.time_ns, now_ns, listening_ns(ping)))
 

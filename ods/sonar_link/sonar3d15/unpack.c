@@ -8,7 +8,7 @@ typedef struct {
     int64_t at, size;
 } Source;
 
-/* Reads `count` bytes, little endian, into `number`; tells whether they are there. */
+/* Reads `count` bytes, little endian, into `number`; returns whether they are there. */
 static bool read_number(Source *source, int64_t count, int64_t *number)
 {
     if (count > source->size - source->at)
@@ -20,7 +20,7 @@ static bool read_number(Source *source, int64_t count, int64_t *number)
     return true;
 }
 
-/* Reads a varint of 32 bits at most; tells whether there is one. */
+/* Reads a varint of 32 bits at most; returns whether there is one. */
 static inline bool read_varint(Source *source, uint64_t *number)
 {
     *number = 0;
@@ -38,7 +38,7 @@ typedef struct {
     int64_t length, back; /* back: 0 for bytes of its own */
 } Element;
 
-/* Reads the head of an element; tells whether it is whole. */
+/* Reads the head of an element; returns whether it is whole. */
 static bool read_element(Source *source, Element *element)
 {
     const uint8_t tag = source->data[source->at++];

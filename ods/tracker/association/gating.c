@@ -32,7 +32,7 @@ typedef struct {
     double sigmas, detection_probability;
 } Gate;
 
-/* A squared distance, in standard deviations, and the determinant, m^4, of the covariance that it is told by. */
+/* A squared distance, in standard deviations, and the determinant, m^4, of its covariance. */
 typedef struct {
     double square, determinant;
 } Distance;

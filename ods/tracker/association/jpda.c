@@ -168,7 +168,7 @@ static void set_middle(const EchoRows *made, int64_t k, const Objects *objects, 
 
    One cut off that may be the object's own moves the middle by an error that stays, so the middle counts as cut off: to
    take a whole echo for one loses one image, to take a slide for noise makes a motion of it. Heights are from the
-   lowest to the highest that any of the planes leaves open, where planes are told apart. */
+   lowest to the highest that any of the planes leaves open, where planes are distinguished. */
 static void tell_what_holds_for_any(const EchoRows *made, const int64_t *place, const Pairs *pairs, const Sums *sums,
                                     const EchoRows *echoes)
 {

@@ -32,13 +32,13 @@ static void look_along(LayerRow row, FanCells fan, double sine, double half_heig
     }
 }
 
-/* Tells of cells of the layer around the vehicle whether a ping showed them to be empty, or heard something there, and
-   how much is seen above and below the layer there, m: `empty`, `heard`, `room`. `shown`: of `FanMask`, with its rim;
+/* Tells of cells of the layer around the vehicle whether a ping showed them to be empty, or received something there, and
+   how much is seen above and below the layer there, m: `empty`, `received`, `room`. `shown`: of `FanMask`, with its rim;
    cells and head: `Layer` of free_grid.py. */
 KERNEL(layer_in_fan,
        "u1[:,:] shown, float bearing_min_rad, float bearing_max_rad, float range_min_m, float range_max_m, "
        "float half_vertical_sine, float half_height_m, f8[3,3] turned, float north_m, float east_m, float down_m, "
-       "float cell_m, out b1[rows,columns] empty, out b1[rows,columns] heard, out f8[rows,columns] room")
+       "float cell_m, out b1[rows,columns] empty, out b1[rows,columns] received, out f8[rows,columns] room")
 {
     const double bearings = (double)(SIZE(0, 0) - 2), ranges = (double)(SIZE(0, 1) - 2);
     const FanCells fan = {FLOAT(1), bearings / (FLOAT(2) - FLOAT(1)), FLOAT(3), ranges / (FLOAT(4) - FLOAT(3)),
@@ -84,9 +84,9 @@ KERNEL(cells_from_others, "b1[rows,columns] mask, out u2[rows,columns] away")
 }
 
 /* Prolongs until when cells are known to be empty, s: by how far they are `away` from what is not (`cells_from_others`),
-   at most until something may have come from above or below, `above_s`; where something was heard nothing is known. A
+   at most until something may have come from above or below, `above_s`; where something was received nothing is known. A
    cell is `cell_s` wide for what comes as fast as anything can. */
-KERNEL(hold_empty, "rows out f8[rows,columns] until_s, u2[rows,columns] away, b1[rows,columns] heard, "
+KERNEL(hold_empty, "rows out f8[rows,columns] until_s, u2[rows,columns] away, b1[rows,columns] received, "
                    "rows f8[rows,columns] above_s, float since_s, float cell_s, float never_s")
 {
     const double since = FLOAT(4), cell = FLOAT(5), half_diagonal = sqrt(0.5);

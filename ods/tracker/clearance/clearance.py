@@ -47,7 +47,7 @@ class ClearanceKeeper:
             self._grid = FreeGrid(sector.range_max_m, self._settings)
         self._grid.move(np.array(pose.position_ned))
         head = Head(np.array(pose_of_head.position_ned), rotation_matrix(np.array(pose_of_head.attitude)))
-        turn = self._turn_until_heard(head, shown)
+        turn = self._turn_until_received(head, shown)
         if not shown.usable:
             return
         looked = looked_of(shown)
@@ -58,7 +58,7 @@ class ClearanceKeeper:
         if mask is not None:
             self._grid.look(shown.t_ns / NS, mask, head, swept=shown.turn_s > 0.0)
 
-    def _turn_until_heard(self, head: Head, shown: Detections) -> float:
+    def _turn_until_received(self, head: Head, shown: Detections) -> float:
         """Return by how much the head turns until the farthest echo is back, rad; infinite if that is not known."""
         azimuth = math.atan2(head.turned[1, 0], head.turned[0, 0])
         before, self._before = self._before, (shown.t_ns, azimuth)

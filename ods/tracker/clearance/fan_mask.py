@@ -20,14 +20,14 @@ class FanMask(NamedTuple):
 
     sector: Sector
     empty: Mask
-    """It was insonified and processed, and nothing was heard there, nor nearer on the same bearing."""
-    heard: Mask
-    """Something was heard there."""
+    """It was insonified and processed, and nothing was detected there, nor nearer on the same bearing."""
+    received: Mask
+    """Something was received there."""
 
     def shown(self) -> Bytes:
-        """Return (BEARINGS + 2, RANGES + 2) 1 where it is empty, 2 where something was heard, in a rim of nothing."""
+        """Return (BEARINGS + 2, RANGES + 2) 1 where it is empty, 2 where something is, in a rim of nothing."""
         shown = np.zeros((BEARINGS + 2, RANGES + 2), np.uint8)
-        shown[1:-1, 1:-1] = self.empty.view(np.uint8) | self.heard.view(np.uint8) << 1
+        shown[1:-1, 1:-1] = self.empty.view(np.uint8) | self.received.view(np.uint8) << 1
         return shown
 
 
@@ -46,7 +46,7 @@ def fan_mask(
     if not math.isfinite(sum(borders)) or borders[0] >= borders[1] or borders[2] >= borders[3]:
         return None
     empty = np.zeros((BEARINGS, RANGES), bool)
-    heard = np.zeros_like(empty)
+    received = np.zeros_like(empty)
     for near, far in processed_ranges_m or [(borders[2], borders[3])]:
         empty[:, _within(near, far, borders[2], borders[3], RANGES)] = True
     for part in unseen:
@@ -58,13 +58,13 @@ def fan_mask(
         low, high = echo.bearing_rad - echo.half_rad, echo.bearing_rad + echo.half_rad
         bearings = _touched(low, high, borders[0], borders[1], BEARINGS)
         ranges = _touched(echo.near_m, echo.far_m, borders[2], borders[3], RANGES)
-        heard[bearings, ranges] = True
+        received[bearings, ranges] = True
         empty[bearings, ranges.start :] = False
     if not turn_rad < borders[1] - borders[0]:  # not known, or too much
         empty[:] = False
     edge = math.ceil(min(turn_rad / (borders[1] - borders[0]), 1.0) * BEARINGS) if turn_rad > 0.0 else 0
     empty[:edge] = empty[BEARINGS - edge :] = False
-    return FanMask(sector, empty, heard)
+    return FanMask(sector, empty, received)
 
 
 class Extent(NamedTuple):

@@ -110,25 +110,25 @@ class FreeGrid:
         self._keep(t_s, cells, layer_seen(sector, looked, places, half_m, self.cell_m, turn_rad))
 
     def _keep(self, t_s: float, cells: tuple[slice, slice], seen: LayerSeen, *, swept: bool = False) -> None:
-        empty, heard, room = seen
+        empty, received, room = seen
         clear, since_s, above_s = empty & (room >= 0.0), t_s, t_s + room / self._settings.fastest_vertical_m_s
         if swept:
-            clear, since_s, above_s = self._with_parts_before(t_s, cells, clear, heard, above_s)
+            clear, since_s, above_s = self._with_parts_before(t_s, cells, clear, received, above_s)
         away = cells_from_others(clear)
         cell_s = self.cell_m / self._settings.fastest_m_s
-        native.hold_empty(self._free_until[cells], away, heard, above_s, since_s, cell_s, NEVER)
+        native.hold_empty(self._free_until[cells], away, received, above_s, since_s, cell_s, NEVER)
 
     def _with_parts_before(
-        self, t_s: float, place: tuple[slice, slice], clear: Mask, heard: Mask, above_s: Floats
+        self, t_s: float, place: tuple[slice, slice], clear: Mask, received: Mask, above_s: Floats
     ) -> tuple[Mask, float, Floats]:
         """Return which cells are known to be empty by all parts so far, since when at the least nothing but what is
         not known can have moved in, and until when nothing can have come from above or below."""
-        if clear.any() or heard.any():
+        if clear.any() or received.any():
             self._looks_s = [*self._looks_s, t_s][-3:]
         seen_s, until, vertical_s = (each[place] for each in (self._seen_s, self._free_until, self._above_s))
-        seen_s[clear], seen_s[heard] = t_s, NEVER
+        seen_s[clear], seen_s[received] = t_s, NEVER
         vertical_s[clear] = above_s[clear]
-        until[heard] = NEVER
+        until[received] = NEVER
         since_s = self._looks_s[0] if len(self._looks_s) == 3 else NEVER
         newest = seen_s >= (self._looks_s[-2:] or [t_s])[0]
         return np.asarray((newest | (until >= t_s)) & (vertical_s >= t_s)), since_s, vertical_s

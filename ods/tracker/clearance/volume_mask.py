@@ -18,8 +18,8 @@ class LayerSeen(NamedTuple):
 
     empty: Mask
     """The whole height of the layer was seen there, and nothing nearer in those directions, nor there."""
-    heard: Mask
-    """Something was heard there, at the layer's height."""
+    received: Mask
+    """Something was received there, at the layer's height."""
     room_m: Floats
     """What was seen to be empty above and below the layer; below 0: not even the layer."""
 
@@ -45,7 +45,7 @@ def layer_seen(
     within = in_fan & (low >= lowest) & (high <= highest)
     return LayerSeen(
         empty=within & (farthest + NOISE_M < nearest),
-        heard=in_fan & (np.abs(nearest - np.hypot(across, down)) <= cell_m),
+        received=in_fan & (np.abs(nearest - np.hypot(across, down)) <= cell_m),
         room_m=room,
     )
 

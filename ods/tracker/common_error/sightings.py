@@ -56,9 +56,9 @@ def sightings_of(snapshot: Snapshot, scan: Scan, motion: Motion) -> Sightings:
         return Sightings(which[:0], place[:0], design[:0], whitening[:0])
     judged = (snapshot.state == ACTIVE) & (snapshot.radius < LARGEST_M)
     objects = judged, np.ascontiguousarray(snapshot.position), np.ascontiguousarray(snapshot.radius)
-    heard = echoes.range_m, echoes.bearing, echoes.sigma_range, echoes.sigma_bearing
+    received = echoes.range_m, echoes.bearing, echoes.sigma_range, echoes.sigma_bearing
     limits, answer = (REACH_M, LEAST_SIGMA_M, LEAST_SIGMA_RAD), (which, place, design, whitening)
-    count = native.common_sightings(objects, heard, vehicle.position, vehicle.rotation, *motion, limits, answer)
+    count = native.common_sightings(objects, received, vehicle.position, vehicle.rotation, *motion, limits, answer)
     return Sightings(snapshot.id[which[:count]], place[:count], design[:count], whitening[:count])
 
 

@@ -16,12 +16,12 @@
    1. Time passes (`predict`): an object may fall silent, return, or be lost.
    2. The scan had an echo for the track, or it had none where one was expected (`update`): Bayes' rule. An echo is
       e^llr times as likely from an object as from noise. To "nothing" and "silent", an echo is noise.
-      How often a track is seen tells an object from clutter. Neither rate is known beforehand: each is beta
+      How often a track is seen distinguishes an object from clutter. Neither rate is known beforehand: each is beta
       distributed and follows the track's own hits, so that the product over all scans is the ratio of two
       beta-binomial laws (J. G. Skellam, J. Royal Statistical Society B 10(2), 1948). The first echoes prove much, the
       hundredth next to nothing (`hit_rate_ratio`). From one place clutter is seen again as it was: of what rests, such
       a scan counts in part (`weight`), after the first few.
-   3. What the echo looks like tells an object from clutter, too, and so does motion. Features, in the table FEATURE:
+   3. What the echo looks like distinguishes an object from clutter, too, and so does motion. Features, in the table FEATURE:
         onset         how sharply the echo sets in: how many of a track's echoes are sharp, beta-binomial
         leading edge  how likely it sets in as an object does, by the pipeline's network: mean of the last log-odds,
                       normal

@@ -5,7 +5,7 @@
 
 #include "kernel.h"
 
-/* What tells an object from persistent clutter: two of what its echoes look like, and its motion. */
+/* What distinguishes an object from persistent clutter: two of what its echoes look like, and its motion. */
 enum { ONSET, LEADING_EDGE, MOTION, FEATURES };
 
 /* The rows of the table of `ExistenceTable`, (n,) each. */

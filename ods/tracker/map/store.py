@@ -42,7 +42,7 @@ class MapStore:
 
     def origin_deg(self) -> tuple[float, float]:
         """Return latitude and longitude of the local frame's origin."""
-        with _told(self._path):
+        with _errors_named(self._path):
             latitude, longitude, _ = self._mission()
         return latitude, longitude
 
@@ -52,7 +52,7 @@ class MapStore:
         if area is not None:
             query += f" WHERE id IN (SELECT id FROM place WHERE {INSIDE})"
             square = square_around(*area)
-        with _told(self._path):
+        with _errors_named(self._path):
             rows = self._db.execute(f"{query} ORDER BY id LIMIT {MOST_OBJECTS + 1}", square)
             found = [object_of(row) for row in rows]
             if len(found) > MOST_OBJECTS:
@@ -71,7 +71,7 @@ class MapStore:
             )
             for o in put
         ]
-        with _told(self._path), self._db:
+        with _errors_named(self._path), self._db:
             self._db.execute("BEGIN IMMEDIATE")
             self._db.executemany(
                 f"INSERT OR REPLACE INTO object ({OBJECT_COLUMNS}) VALUES ({','.join('?' * 15)})", rows
@@ -82,7 +82,7 @@ class MapStore:
 
     def first_free_id(self) -> int:
         """Return an id from which on none was ever used."""
-        with _told(self._path):
+        with _errors_named(self._path):
             ordinary = "SELECT coalesce(max(id), 0) FROM object WHERE id < ?"
             (highest,) = self._db.execute(ordinary, (PROVISIONAL_IDS,)).fetchone()
             _, _, next_id = self._mission()
@@ -90,7 +90,7 @@ class MapStore:
 
     def reserve(self, next_id: int) -> None:
         """Note that all ids below `next_id` may be in use."""
-        with _told(self._path):
+        with _errors_named(self._path):
             self._db.execute(RESERVE, (next_id,))
 
     def _mission(self) -> tuple[float, float, int]:
@@ -111,12 +111,12 @@ def open_map(path: Path, latitude_deg: float, longitude_deg: float) -> MapStore:
 
     Raises MapError when the file is another user's, damaged, foreign, of a newer program or of another origin.
     """
-    with _told(path):
+    with _errors_named(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         if reason := hindrance(path):
             raise ValueError(reason)
         db = sqlite3.connect(path, timeout=LOCK_WAIT_S, isolation_level=None)
-    with _told(path, db):
+    with _errors_named(path, db):
         set_bounds(db)
         check_schema(db)
         if version_of(db) < SCHEMA_VERSION:
@@ -140,10 +140,10 @@ def open_map(path: Path, latitude_deg: float, longitude_deg: float) -> MapStore:
 
 def copy_of_map(path: Path) -> MapStore:
     """Return a copy in memory, of today's schema: the file may be in use, and is not changed. Raises MapError."""
-    with _told(path):
+    with _errors_named(path):
         _refuse_unreadable(path)
         db = sqlite3.connect(":memory:", isolation_level=None)
-    with _told(path, db):
+    with _errors_named(path, db):
         in_use = _has_log(path)
         _back_up(path, db, in_use)
         if not in_use and _has_log(path):  # a tracker has just opened it
@@ -187,9 +187,9 @@ def sole_access(path: Path) -> MapStore:
     Raises MapError, also when a tracker is using the map: it would write back what is taken out here.
     """
     copy_of_map(path).close()  # says what is wrong with a file that is no map before anything is touched
-    with _told(path):
+    with _errors_named(path):
         db = sqlite3.connect(path, timeout=LOCK_WAIT_S, isolation_level=None)
-    with _told(path, db):
+    with _errors_named(path, db):
         db.execute("PRAGMA locking_mode = EXCLUSIVE")
         try:
             db.execute("PRAGMA journal_mode = DELETE")  # SQLite leaves WAL mode only if there is no other connection
@@ -203,7 +203,7 @@ def sole_access(path: Path) -> MapStore:
 
 
 @contextmanager
-def _told(path: Path, db: sqlite3.Connection | None = None) -> Iterator[None]:
+def _errors_named(path: Path, db: sqlite3.Connection | None = None) -> Iterator[None]:
     """Turn what goes wrong into a MapError that names the file; close `db` then, if given."""
     try:
         yield

@@ -41,7 +41,7 @@ def check_schema(db: sqlite3.Connection) -> None:
     is none `trusted_schema` is on again: our triggers write to an R-tree, which an untrusted file may not.
     """
     ours = _schema_of(version_of(db))
-    found = _told_by(db)
+    found = _stored_in(db)
     for name in _OURS:
         if name in ours and found.get(name) != ours[name]:
             raise ValueError(f"not a map of ODS: table {name} has another layout")
@@ -59,12 +59,12 @@ def _schema_of(version: int) -> dict[str, tuple[str, str]]:
     try:
         for statement in (statement for step in STEPS[:version] for statement in step):
             db.execute(statement)
-        return _told_by(db)
+        return _stored_in(db)
     finally:
         db.close()
 
 
-def _told_by(db: sqlite3.Connection) -> dict[str, tuple[str, str]]:
+def _stored_in(db: sqlite3.Connection) -> dict[str, tuple[str, str]]:
     """Return kind and SQL, without any blanks, of what a file has, by name."""
     rows = db.execute("SELECT type, name, sql FROM sqlite_master")
     return {name: (kind, "".join((sql or "").split())) for kind, name, sql in rows}

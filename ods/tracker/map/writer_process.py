@@ -18,7 +18,7 @@ FIRST_DELAY_S, LONGEST_DELAY_S = 1.0, 30.0
 
 
 class WriterProcess:
-    """Nothing here waits, but `finish`, for at most the time given. Where none runs there is nothing to hear."""
+    """Nothing here waits, but `finish`, for at most the time given. Where none runs there is nothing to receive."""
 
     def __init__(self, path: Path, origin_deg: tuple[float, float], run_dir: Path) -> None:
         self._command = [sys.executable, "-P", "-m", "ods.tracker.map.writer", str(path)]

@@ -1,4 +1,4 @@
-/* Echoes that the fan's edge cuts off: what they tell of an object that is known already.
+/* Echoes that the fan's edge cuts off: what they add to an object that is known already.
 
    Of a body that reaches beyond the fan only a part is seen. Where in the body it lies nobody knows, and as the fan
    passes over the body its middle slides along it: an error that stays, or looks like a motion, and that no number of
@@ -7,7 +7,7 @@
 #include "ods/tracker/measurement/cut_off.h"
 #include "ods/tracker/measurement/model.h"
 
-/* Variance of what a measurement does not tell, m^2. */
+/* Variance of what was not measured, m^2. */
 #define NOTHING 1e8
 
 /* Returns the variance of independent noise after which as much is left of `known` as of the error `shared`. */

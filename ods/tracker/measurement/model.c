@@ -9,7 +9,7 @@
 
 /* Horizontal distances, m, are kept above this, so that a direction exists. */
 #define NEAREST_M 1e-3
-/* Range and bearing do not tell the horizontal place of an object straight above or below: no line of sight is taken to
+/* Range and bearing do not give the horizontal place of an object straight above or below: no line of sight is taken to
    be steeper than that this share of the distance is horizontal. */
 #define STEEPEST 0.2
 /* What a place across the line of sight may add to the square of the range: at most this share of it. */
@@ -273,7 +273,7 @@ static void set_place(Measured made, EchoRows echoes, int64_t j, Aim aim, Ned pl
     made.covariance_ne[j] = along[0] * along[1] * s_range + across[0] * across[1] * s_bearing;
 }
 
-/* Sets all of echo j; `half_vertical`: half the fan's vertical opening, rad, for echoes that tell none of their own. */
+/* Sets all of echo j; `half_vertical`: half the fan's vertical opening, rad, for echoes that have none of their own. */
 static void measure_one(Measured made, EchoRows echoes, PredictedMeasurement predicted, int64_t j, bool is_new,
                         Vehicle vehicle, double half_vertical)
 {

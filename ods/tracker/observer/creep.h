@@ -1,4 +1,4 @@
-/* What an object at rest may have crept unseen: the velocities that echoes do not tell from zero yet.
+/* What an object at rest may have crept unseen: the velocities that echoes do not distinguish from zero yet.
 
    An object that moves slowly across the line of sight seems to rest for long, and the average of its echoes lags behind
    it by more than that average's own standard deviation. How likely it rests is found against velocities of

@@ -1,4 +1,4 @@
-/* What observers tell of north and east of all objects, as kernels take it: see horizontal.py. */
+/* North and east of all objects, by the observers, as kernels take it: see horizontal.py. */
 
 #ifndef ODS_HORIZONTAL_H
 #define ODS_HORIZONTAL_H

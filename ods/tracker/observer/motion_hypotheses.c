@@ -230,7 +230,7 @@ static Two crept(const CommonState *s, const HorizontalState *where, Moments ste
 }
 
 /* Fills (2, 3, n) mean and variance of the mixture's velocities; the static hypothesis has velocity 0, but what echoes
-   cannot tell from that yet is part of the variance, unless the object is settled to rest: as much as it may creep.
+   cannot distinguish from that yet is part of the variance, unless the object is settled to rest: as much as it may creep.
    mean, variance: of north and east if the object moves, at a given height, and those of the first kind of motion;
    by_place: it creeps as likely as its place says, else it is taken to. */
 KERNEL(velocities, COMMON_STATE ", " HORIZONTAL_STATE ", f8[2,n] mean, f8[2,n] spread, f8[2,n] steady_mean, "
@@ -264,7 +264,7 @@ KERNEL(velocities, COMMON_STATE ", " HORIZONTAL_STATE ", f8[2,n] mean, f8[2,n] s
 /* ---------------------------------------------------------------- measurements */
 
 /* Takes in that object k is inside the fan, `half` above or below its `middle`.
-   Each ping tells the same once more, so that it must not count as new each time: a height inside the fan's interval
+   Each ping repeats the same evidence, so that it must not count as new each time: a height inside the fan's interval
    stays, one outside moves to its edge, and the variance is at most that of an object anywhere in the interval, about
    that height. */
 static void into_fan(const Heights *heights, int64_t k, double height, double variance, double middle, double half)
@@ -299,7 +299,7 @@ static void learn_height(const CommonState *s, int64_t i, const Heights *heights
 {
     s->rest_height[i] = heights->height[k] + learned->step[k];
     s->height[i] = heights->height[moving] + learned->step[moving];
-    /* Ranges and bearings tell nothing of the climb: it could be a part of the horizontal velocity just as well. Taken
+    /* Ranges and bearings do not depend on the climb: it could be a part of the horizontal velocity just as well. Taken
        from what they say of the height, each would make the other grow. */
     s->climb[i] += s->slope[i] * heights->step[moving];
     s->rest_height_variance[i] = larger(learned->variance[k], least_variance);

@@ -5,11 +5,11 @@
    go the derivatives of what they estimate: by the height, by its square, by the attitude's standard deviation. A filter
    is linear in what is measured, so the derivative of its estimate is its answer to the derivative of the measurement: it
    is corrected with the same gain. Where the vehicle looks as before, both agree, and the height stays as unknown as it
-   was; where it moved or turned they differ, and the innovation tells of the height: the separate-bias filter of B.
+   was; where it moved or turned they differ, and the innovation depends on the height: the separate-bias filter of B.
    Friedland, Treatment of bias in recursive filtering, IEEE Trans. Automatic Control 14(4), 1969, which gives what one
    large filter would. The attitude is only considered, not estimated (S. F. Schmidt, Application of state-space methods to
    navigation problems, Advances in Control Systems 3, 1966), as it is that of all objects. So is the climb of one that
-   moves: ranges and bearings tell it neither from a horizontal velocity nor from an error of the height.
+   moves: ranges and bearings distinguish it neither from a horizontal velocity nor from an error of the height.
 
    Tables are (hypotheses, UNSEEN, STATE, n): derivatives of north, east and their velocities. Functions are of one object
    by one hypothesis, a column of (UNSEEN, STATE). */
@@ -147,7 +147,7 @@ static inline void follow(Column unseen, int c, const Gain *gain, Two slope)
 
 /* Turns what is unseen with the line of sight, which turns as the estimate moves across it. Of all measurements before,
    the derivatives there would be others, too: else each correction, which is mostly noise, would look like another look
-   at the object, and tell of its height. */
+   at the object, and depend on its height. */
 static inline void turn(Column unseen, double angle)
 {
     for (int c = 0; c < UNSEEN; c++) {
@@ -179,7 +179,7 @@ static inline double beyond(double variance, double information, double alike)
 }
 
 /* Returns the share that counts of what is learned of the height by looking from another direction, which changes the
-   derivative by the root of `changed`: the noise of the tilt changes it, too, and tells nothing. */
+   derivative by the root of `changed`: the noise of the tilt changes it, too, and is no evidence. */
 static inline double more_than_noise(double changed, double tilt_variance)
 {
     return larger(1.0 - square(NOISE_SIGMAS) * tilt_variance / larger(changed, NOT_ZERO), 0.0);

@@ -1,4 +1,4 @@
-/* What of the objects is the bottom, as far as heights tell.
+/* What of the objects is the bottom, as far as heights show.
 
    The bottom right below the vehicle is known from its altitude. Farther away it lies as deep but for slope and
    roughness, whose standard deviations are settings. An object's height over it is known as well as its depth, which a

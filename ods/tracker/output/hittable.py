@@ -23,7 +23,7 @@ class ReportableFilter:
         self._waves = WaveFilter(settings.surface)
 
     def of(self, everything: Snapshot, bottom: Bottom | None, view: View | None) -> Hittable:
-        """Return what the planner hears of `everything`; bottom: if it is known."""
+        """Return what the planner receives of `everything`; bottom: if it is known."""
         standing = everything.take(may_be_hit(everything, bottom, self._bottom))
         waves = self._waves.among(standing, view)
         hittable = standing.take(~waves)

@@ -17,7 +17,7 @@ ACROSS_M, ACROSS_RAD = 0.7, 0.02
 def marked(obstacles: list[Obstacle], head_ned: Floats, longer_m: Sequence[float]) -> list[Obstacle]:
     """Return obstacles with `multipath_of` of those that are likely none.
 
-    head_ned: (3,) of the sonar; longer_m: by how much ways are longer by which all is heard once more, m.
+    head_ned: (3,) of the sonar; longer_m: by how much ways are longer by which all is received once more, m.
     """
     if not longer_m or len(obstacles) < 2:
         return obstacles

@@ -51,7 +51,7 @@ class PoseSense:
         """How positions and velocities differ, "" where they do not: then obstacles are at their reported positions,
         but the reported closest approach is wrong."""
 
-    def hear(self, pose: Pose) -> str:
+    def receive(self, pose: Pose) -> str:
         """Take in a pose; say by what it jumps, "" when it does not."""
         if abs(math.hypot(*pose.attitude) - 1.0) > NORM_TOLERANCE:
             return ""

@@ -56,7 +56,7 @@ class Tracks:
         self._existence = TrackTable(ExistenceTable, (len(ExistenceTable._fields),))
         self.tables: list[TrackTable[Any]] = [self._history, self._existence, *observer.tables()]
         """All that is known of the objects: history, existence, and the observer's."""
-        self._told: tuple[Belief, Estimate] | None = None
+        self._estimated: tuple[Belief, Estimate] | None = None
 
     def __len__(self) -> int:
         return len(self._history)
@@ -83,10 +83,10 @@ class Tracks:
 
     def belief_and_moments(self) -> tuple[Belief, Estimate]:
         """Return the hypotheses of all objects now, and their moments: computed once for each state of the filters."""
-        if self._told is None:
+        if self._estimated is None:
             belief = self._observer.belief()
-            self._told = belief, moment_match(belief)
-        return self._told
+            self._estimated = belief, moment_match(belief)
+        return self._estimated
 
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (3, n) of all velocities."""
@@ -96,7 +96,7 @@ class Tracks:
         """Carry all objects on over `dt` >= 0 seconds."""
         self._observer.predict(dt)
         self.unjudged_s += dt
-        self._told = None
+        self._estimated = None
 
     def mark_unobserved(self, unobserved_ns: int, rows: Mask | slice = slice(None)) -> None:
         """Record a time in which `rows` were not observed, so that they were not missed then."""
@@ -114,7 +114,7 @@ class Tracks:
         self._observer.reopen(rows[history.state[rows] >= lifecycle.STAND_BY])
         self._observer.update(rows, measured, (t_ns - history.last[rows]) / NS)
         native.tracks_seen(self._history.table, rows, t_ns, utc_ns)
-        self._told = None
+        self._estimated = None
 
     def take_scan(
         self,
@@ -146,7 +146,7 @@ class Tracks:
         native.tracks_begin(self._history.table, first, scan.t_ns, scan.utc_ns)
         native.existence_begin(self._existence.table, first, births, new, clutter.values, MODEL)
         self._observer.start(measured)
-        self._told = None
+        self._estimated = None
 
     def recall(self, objects: list[MapObject], t_ns: int, pose_variance: Floats) -> None:
         """Append hibernated objects of the map; `pose_variance`: (2,) of the vehicle's north and east now, m^2.
@@ -173,7 +173,7 @@ class Tracks:
             np.array([o.radius for o in objects]),
             np.array([o.sigma_radius for o in objects]) ** 2,
         )
-        self._told = None
+        self._estimated = None
 
     def state(self) -> TracksState:
         """Return all that is known of the objects."""
@@ -185,19 +185,19 @@ class Tracks:
             table.restore(stored)
         if len({len(table) for table in self.tables}) != 1:
             raise ValueError("tables of different lengths")
-        self.unjudged_s, self._told = state.unjudged_s, None
+        self.unjudged_s, self._estimated = state.unjudged_s, None
 
     def settle(self, rows: Indices) -> None:
         """Decide for good whether each of `rows` moves, where that is established."""
         if len(rows):
             self._observer.settle(rows)
-            self._told = None
+            self._estimated = None
 
     def rest(self, rows: Indices) -> None:
         """Decide for good that `rows` do not move."""
         if len(rows):
             self._observer.rest(rows)
-            self._told = None
+            self._estimated = None
 
     def inherit(self, heirs: Indices, old: Indices) -> None:
         """Give `heirs` the identity and history of `old`: they are the same objects."""
@@ -206,9 +206,9 @@ class Tracks:
         history.first_utc[heirs] = history.first_utc[old]
         history.echoes[heirs] += history.echoes[old]
         self._observer.inherit(heirs, old)
-        self._told = None
+        self._estimated = None
 
     def keep(self, mask: Mask) -> None:
         """Remove the objects where `mask` is False."""
         keep(self.tables, mask)
-        self._told = None
+        self._estimated = None

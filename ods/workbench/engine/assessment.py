@@ -67,19 +67,19 @@ class Measured(NamedTuple):
 
 
 def measured(
-    tell: GoesOn, chains: Mapping[str, PipelineSettings], others: Sequence[str], count: int
+    report: GoesOn, chains: Mapping[str, PipelineSettings], others: Sequence[str], count: int
 ) -> Measured | None:
     """As `measuring.measured`, which is loaded where this is called."""
     from ods.workbench.engine import measuring
 
-    return measuring.measured(tell, chains, others, count)
+    return measuring.measured(report, chains, others, count)
 
 
-def swept(tell: GoesOn, state: State, path: str, values: Sequence[Any], count: int) -> list[SweepPoint] | None:
+def swept(report: GoesOn, state: State, path: str, values: Sequence[Any], count: int) -> list[SweepPoint] | None:
     """As `measuring.swept`, which is loaded where this is called."""
     from ods.workbench.engine import measuring
 
-    return measuring.swept(tell, state, path, values, count)
+    return measuring.swept(report, state, path, values, count)
 
 
 @cache

@@ -50,7 +50,7 @@ class Line(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """May a planner rely on what it hears at this moment?"""
+    """May a planner rely on what it receives at this moment?"""
 
     valid: bool
     reasons: tuple[str, ...]
@@ -65,13 +65,13 @@ class Latency(NamedTuple):
     at_s: Floats
     """When they came; the newest is at 0."""
     whole_ms: Floats
-    """From the transmission of the ping until the list was heard here."""
+    """From the transmission of the ping until the list was received here."""
     own_ms: Floats
     """From the ping's last byte until then: what the computer takes."""
 
 
 @dataclass
-class _Heard:
+class _Latest:
     """What came of one topic."""
 
     newest: Any = None
@@ -94,7 +94,7 @@ class Live:
         """Where the vehicle was: north and east, m."""
         self.lost: Counter[str] = Counter()
         """Messages that came faster than they were read, or made no sense."""
-        self._heard = {topic: _Heard() for topic in TOPICS}
+        self._latest = {topic: _Latest() for topic in TOPICS}
         self._health_ns: dict[str, int] = {}
         self._path_ns = 0
         self._latency: deque[tuple[int, float, float]] = deque(maxlen=LATENCIES)
@@ -122,42 +122,42 @@ class Live:
     @property
     def ping(self) -> Ping | None:
         """The newest."""
-        newest: Ping | None = self._heard["ping"].newest
+        newest: Ping | None = self._latest["ping"].newest
         return newest
 
     @property
     def detections(self) -> Detections | None:
         """The newest."""
-        newest: Detections | None = self._heard["detections"].newest
+        newest: Detections | None = self._latest["detections"].newest
         return newest
 
     @property
     def pose(self) -> Pose | None:
         """The newest."""
-        newest: Pose | None = self._heard["pose"].newest
+        newest: Pose | None = self._latest["pose"].newest
         return newest
 
     @property
     def obstacles(self) -> ObstacleList | None:
         """The newest."""
-        newest: ObstacleList | None = self._heard["obstacles"].newest
+        newest: ObstacleList | None = self._latest["obstacles"].newest
         return newest
 
     @property
     def truth(self) -> Truth | None:
         """The newest; of a simulation only."""
-        newest: Truth | None = self._heard["truth"].newest
+        newest: Truth | None = self._latest["truth"].newest
         return newest
 
     def age_s(self, topic: str, now_ns: int) -> float | None:
         """Return for how long nothing came on a topic; None: nothing ever came."""
-        heard = self._heard[topic]
-        return None if heard.newest is None else (now_ns - heard.at_ns) / NS
+        latest = self._latest[topic]
+        return None if latest.newest is None else (now_ns - latest.at_ns) / NS
 
     def rate_hz(self, topic: str, now_ns: int) -> float:
         """Return how many messages a second come on a topic."""
         since_ns = max(now_ns - round(RATE_S * NS), self._began_ns)
-        count = sum(1 for t in list(self._heard[topic].arrivals) if t > since_ns)
+        count = sum(1 for t in list(self._latest[topic].arrivals) if t > since_ns)
         return count / max(1e-3, (now_ns - since_ns) / NS)
 
     def silences(self, now_ns: int) -> list[str]:
@@ -172,7 +172,7 @@ class Live:
         return said
 
     def _patience_s(self, topic: str) -> float:
-        return self._heard[topic].pace.patience_s if topic in PACED else bus.TOPICS[topic].stale_s
+        return self._latest[topic].pace.patience_s if topic in PACED else bus.TOPICS[topic].stale_s
 
     def verdict(self, now_ns: int) -> Verdict:
         """Return what a planner has to make of the newest list: silence of the tracker is a reason, too."""
@@ -227,10 +227,10 @@ class Live:
             self.health[message.process] = message
             self._health_ns[message.process] = now_ns
             return
-        heard = self._heard[topic]
-        heard.newest, heard.at_ns = message, now_ns
-        heard.arrivals.append(now_ns)
-        heard.pace.ping(now_ns)
+        latest = self._latest[topic]
+        latest.newest, latest.at_ns = message, now_ns
+        latest.arrivals.append(now_ns)
+        latest.pace.ping(now_ns)
         if isinstance(message, Pose) and now_ns - self._path_ns >= PATH_S * NS:
             self._path_ns = now_ns
             self.path.append(message.position_ned[:2])

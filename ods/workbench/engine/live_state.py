@@ -42,17 +42,17 @@ class Bridge(NamedTuple):
     """Obstacles that were ignored, or for which its messages have no place."""
 
 
-def vetoes(told: ObstacleList) -> list[HeldVeto]:
+def vetoes(reported: ObstacleList) -> list[HeldVeto]:
     """Return the vetoes of a list, in its order."""
     ids: dict[int, list[int]] = {}
-    for each in told.obstacles:
+    for each in reported.obstacles:
         ids.setdefault(each.ignored_by, []).append(each.id)
     return [
         HeldVeto(
             veto.number, named(veto.id, veto.region), ids.get(veto.number, []), veto.author, veto.reason,
-            (veto.until_ns - told.t_ns) / NS, veto.until_utc_ns,
+            (veto.until_ns - reported.t_ns) / NS, veto.until_utc_ns,
         )
-        for veto in told.vetoes
+        for veto in reported.vetoes
     ]  # fmt: skip
 
 
@@ -69,12 +69,12 @@ def named(identity: int | None, region: VetoRegion) -> str:
 
 
 def bridges(health: Mapping[str, Health], age_s: Callable[[str], float | None]) -> list[Bridge]:
-    """Return the bridges that were heard of; age_s: of a process's newest word."""
+    """Return the bridges that were received of; age_s: of a process's newest word."""
     found = []
     for name, process in PROCESSES.items():
         report = health.get(name)
         if name.startswith(BRIDGE) and report is not None:
             state, bad = state_of(report, age_s(name))
-            told = (report.counters.get(each, 0) for each in ("sent_lists", "withheld_lists", "left_out_obstacles"))
-            found.append(Bridge(name.removeprefix(BRIDGE), process.job, state, bad, *told))
+            counts = (report.counters.get(each, 0) for each in ("sent_lists", "withheld_lists", "left_out_obstacles"))
+            found.append(Bridge(name.removeprefix(BRIDGE), process.job, state, bad, *counts))
     return found

@@ -31,7 +31,7 @@ def images(count: int) -> list[LabelledImage]:
 
 
 def measured(
-    tell: GoesOn, chains: Mapping[str, PipelineSettings], others: Sequence[str], count: int
+    report: GoesOn, chains: Mapping[str, PipelineSettings], others: Sequence[str], count: int
 ) -> Measured | None:
     """Return the points of chains by their names, and those of `assessment.OTHERS`, by so many images; None: given up.
 
@@ -39,10 +39,10 @@ def measured(
     """
     found = []
     for done, name in enumerate(others):
-        if not tell(done / len(others)):
+        if not report(done / len(others)):
             return None
         found.append(_other(name, count))
-    tell(1.0)
+    report(1.0)
     return Measured([point_of(name, chain, count) for name, chain in chains.items()], found)
 
 
@@ -67,7 +67,7 @@ def _point(name: str, as_set: PipelineSettings, setting: Setting, count: int) ->
     )
 
 
-def swept(tell: GoesOn, state: State, path: str, values: Sequence[Any], count: int) -> list[SweepPoint] | None:
+def swept(report: GoesOn, state: State, path: str, values: Sequence[Any], count: int) -> list[SweepPoint] | None:
     """Return what each value of a setting of A gives, at the chain's own levels; what the setting refuses is left out.
 
     None: given up. Raises StageError; PathError where it refuses all.
@@ -84,7 +84,7 @@ def swept(tell: GoesOn, state: State, path: str, values: Sequence[Any], count: i
     spent = milliseconds([each for _, each in settings], images(count)[0].ping, ROUNDS)
     points = []
     for done, ((value, each), ms) in enumerate(zip(settings, spent, strict=True)):
-        if not tell(done / len(settings)):
+        if not report(done / len(settings)):
             return None
         score = score_of(each, images(count))
         points.append(SweepPoint(value, score.detection_probability, score.false_per_image, ms))

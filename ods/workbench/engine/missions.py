@@ -17,7 +17,7 @@ from ods.workbench.engine.background.own_process import GoesOn
 
 MOST_SHOWN = 20
 ARM: Arm = "ods"
-"""Of the missions that are shown: the one that hears the list."""
+"""Of the missions that are shown: the one that receives the list."""
 
 Place = tuple[float, float]
 
@@ -92,8 +92,8 @@ def _badness(choice: Choice) -> tuple[bool, float]:
     return outcome.ending != "collision", math.inf if outcome.clearance_m is None else outcome.clearance_m
 
 
-def fly(tell: GoesOn, choice: Choice) -> Voyage | None:
-    """Fly a mission with the list of pipeline and tracker; None: `tell` told to give up. Raises OdsError.
+def fly(report: GoesOn, choice: Choice) -> Voyage | None:
+    """Fly a mission with the list of pipeline and tracker; None: `report` asked to give up. Raises OdsError.
 
     progress: gets the share of the straight way that is done, 0 to 1.
     """
@@ -102,11 +102,11 @@ def fly(tell: GoesOn, choice: Choice) -> Voyage | None:
     campaign = choice.campaign
     flight = flight_of(campaign, choice.number, ARM, setup_of(campaign))
     for state in flight.pings():
-        if not tell(min(1.0, max(0.0, state.north_m / campaign.world.length_m))):
+        if not report(min(1.0, max(0.0, state.north_m / campaign.world.length_m))):
             return None
     world, now = flight.world, flight.vehicle.way[-1].t_s
     start, end = world.places(0.0).tolist(), world.places(now).tolist()
-    obstacles = [] if flight.heard is None else flight.heard.list.obstacles
+    obstacles = [] if flight.received is None else flight.received.list.obstacles
     return Voyage(
         flight.outcome(),
         [(state.north_m, state.east_m) for state in flight.vehicle.way[::4]],

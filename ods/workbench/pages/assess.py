@@ -125,12 +125,12 @@ def _chains(state: State) -> Chains:
 
 def _show_chains(view: ChartView, own: Sequence[Point], others: Sequence[Point]) -> None:
     """Show a point a chain, with its interval."""
-    told = list(zip(own, OWN, strict=False))
+    coloured = list(zip(own, OWN, strict=False))
     curves = [line for point in others for line in _interval(point, "quiet")]
-    curves += [line for point, role in told for line in _interval(point, role)]
+    curves += [line for point, role in coloured for line in _interval(point, role)]
     if others:
         curves.append(_points("others", others, "quiet", "points"))
-    curves += [_points(point.name, [point], role, "diamonds") for point, role in told]
+    curves += [_points(point.name, [point], role, "diamonds") for point, role in coloured]
     view.show(Axis("ms an image", log=True), [Panel(Axis("objects found", 0.0, 1.0), curves)])
 
 
@@ -189,11 +189,11 @@ class _SweepCard:
         self._newest.ask(Sweep(self._session.state, number, values))
 
     def _sweep(self, sweep: Sweep) -> list[SweepPoint] | None:
-        def tell(share: float) -> bool:
+        def report(share: float) -> bool:
             self._work.share(share, sweep.number.label)
             return not self._newest.overtaken
 
-        return self._process(tell, sweep.state, sweep.number.path, sweep.values, assessment.IMAGES)
+        return self._process(report, sweep.state, sweep.number.path, sweep.values, assessment.IMAGES)
 
     def _tell(self, sweep: Sweep, points: list[SweepPoint] | None) -> None:
         if points is None:

@@ -76,14 +76,14 @@ class _Missions:
     def _work(self, choice: Choice) -> Voyage | None:
         last = 0.0
 
-        def tell(share: float) -> bool:
+        def report(share: float) -> bool:
             nonlocal last
             if share - last >= PROGRESS_STEP:
                 last = share
                 in_loop(self._bar, lambda: self._bar.set_value(share))
             return not self._ends.is_set()
 
-        return in_own_process(fly, tell, choice)
+        return in_own_process(fly, report, choice)
 
     def _running(self, on: bool) -> None:
         self._flying = on

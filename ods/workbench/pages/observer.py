@@ -65,10 +65,10 @@ class _Observer:
             with ui.column().classes("gap-1 grow min-w-0"):
                 self._build_views()
         follow(session, self._plan, self._changed)
-        panel.client.on_delete(rerun.listen(lambda: in_loop(self._plan, self._heard)))
+        panel.client.on_delete(rerun.listen(lambda: in_loop(self._plan, self._received)))
         panel.bind_visibility_to(self, "is_shown")
         self._ask()
-        self._heard()
+        self._received()
 
     def _build_views(self) -> None:
         with ui.row().classes("w-full items-center no-wrap gap-3"):
@@ -124,7 +124,7 @@ class _Observer:
     def _changed(self, before: State, after: State) -> None:
         if wanted(before) != wanted(after):
             self._ask()
-            self._heard()
+            self._received()
         if before.view.marked_obstacle != after.view.marked_obstacle:
             self._draw_courses()
         if before.ping != after.ping or before.view.marked_obstacle != after.view.marked_obstacle:
@@ -143,7 +143,7 @@ class _Observer:
 
     # -- what is shown --
 
-    def _heard(self) -> None:
+    def _received(self) -> None:
         rerun, state = self._rerun, self._session.state
         if rerun.result is not None and rerun.result is not self._drawn:
             self._drawn, self._moments = rerun.result, moments_of_mission(rerun.result)

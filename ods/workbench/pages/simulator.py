@@ -47,7 +47,7 @@ class _Menu:
         self._simulator: _Simulator | None = None
         self._process = OwnProcess(pictured, nicer=0)
         self._newest: Newest[tuple[_Simulator, Asked], Pictured] = Newest(
-            self._picture, lambda wish, shown: wish[0].told(shown), lambda wish, error: wish[0].failed(error),
+            self._picture, lambda wish, shown: wish[0].show(shown), lambda wish, error: wish[0].failed(error),
             idle=self._process.end,
         )  # fmt: skip
         panel = ui.context.slot.parent
@@ -88,7 +88,7 @@ class _Simulator:
     """The menu with a scene open."""
 
     def __init__(self, session: Session, seen: bool, picture: "Callable[[tuple[_Simulator, Asked]], None]") -> None:
-        """picture: asks for one, for `told` of the simulator named."""
+        """picture: asks for one, for `show` of the simulator named."""
         self._session, self._picture = session, picture
         self._seen, self._waits = seen, False
         self._board = FrameBoard()
@@ -149,7 +149,7 @@ class _Simulator:
         if before.view.pinned_beam != after.view.pinned_beam and self._shown is not None:
             self._draw_profile(self._shown)
 
-    def told(self, shown: Pictured) -> None:
+    def show(self, shown: Pictured) -> None:
         """Take an image, in the thread that asked for it."""
         self._board.show(IMAGE, _frame(shown))
         in_loop(self._fan, lambda: self._show(shown))

@@ -9,7 +9,7 @@ import { arranged, optionsOf } from "ods-charts/options.js";
 import { overlay } from "ods-charts/overlay.js";
 import { Places } from "ods-charts/places.js";
 
-const TOLD_MS = 50;
+const SENT_MS = 50;
 const REPLACED = ["title", "grid", "xAxis", "yAxis", "series"]; // where there are other parts than before
 const READOUT = "position: absolute; pointer-events: none; display: none; padding: 2px 6px; border-radius: 4px; z-index: 2; " +
   "font-size: 12px; white-space: pre; border: 1px solid rgba(128, 128, 128, 0.5)";
@@ -26,7 +26,7 @@ export default {
     this.now = { ...this.$props }; // as the page has set them since
     this.own = `view ${views++}`; // name of axes that no other view has
     this.part = { x: null, y: {} }; // of the axes, what is shown; null: all
-    this.told = 0;
+    this.sent = 0;
     this.pressed = this.chart = this.places = this.due = null;
     this.pointed = {};
     this.take();
@@ -39,14 +39,14 @@ export default {
     withPicture(this.$el, name);
     cornerButton(this.$el, "print", "download this chart for print (SVG)", 26, () => saveAs(name(), "svg", this.svg(), "image/svg+xml"));
     cornerButton(this.$el, "table_view", "download its numbers (CSV)", 46, () => saveAs(name(), "csv", csvOf(this.about), "text/csv"));
-    const heard = {
+    const listeners = {
       pointerdown: this.press, pointermove: this.move, pointerup: this.release, pointerleave: this.leave,
       wheel: this.zoom, dblclick: this.showAll,
     };
-    for (const [event, hear] of Object.entries(heard)) this.$refs.chart.addEventListener(event, hear, { passive: event !== "wheel" });
+    for (const [event, listener] of Object.entries(listeners)) this.$refs.chart.addEventListener(event, listener, { passive: event !== "wheel" });
     withKeys(this.$el, this.$refs.chart, name());
     this.draw();
-    this.$emit("mounted"); // in a tab that was not shown nothing was heard
+    this.$emit("mounted"); // in a tab that was not shown nothing was listeners
   },
   beforeUnmount() {
     this.unwatch();
@@ -103,12 +103,12 @@ export default {
     line({ x, y }, last) {
       const { line, at } = this.pressed;
       line.value = this.places.valueOf(line, at, x, y);
-      this.tell("drag", { name: line.name, value: line.value }, last);
+      this.send("drag", { name: line.name, value: line.value }, last);
       this.drawSoon();
     },
     pick({ x }, last) {
       const [from, to] = this.places.ends.x;
-      this.tell("pick", { x: Math.min(to, Math.max(from, this.places.xAt(this.pressed.at.box, x))) }, last);
+      this.send("pick", { x: Math.min(to, Math.max(from, this.places.xAt(this.pressed.at.box, x))) }, last);
     },
     frame(to, last) {
       const { at } = this.pressed;
@@ -119,9 +119,9 @@ export default {
       this.drawSoon();
     },
     // Not more often than the page can follow; the newest, and the last in any case.
-    tell(event, what, last) {
-      if (!last && performance.now() - this.told < TOLD_MS) return;
-      this.told = performance.now();
+    send(event, what, last) {
+      if (!last && performance.now() - this.sent < SENT_MS) return;
+      this.sent = performance.now();
       this.$emit(event, what);
     },
     zoom(event) {

@@ -106,8 +106,8 @@ class ChartView(Element, component="chart_view.js", esm={"ods-charts": "charts"}
 
     def show(self, x: Axis, panels: Sequence[Panel], strips: Sequence[Strip] = (), *, columns: int = 1) -> None:
         """Show these, the panels in so many columns."""
-        told = {"x": x, "panels": panels, "strips": strips, "columns": columns}
-        text = msgspec.json.encode(told, enc_hook=_packed).decode()
+        content = {"x": x, "panels": panels, "strips": strips, "columns": columns}
+        text = msgspec.json.encode(content, enc_hook=_packed).decode()
         self._set("shown", text)  # as text: NiceGUI would watch each number for changes
 
     def set_cursor(self, x: float) -> None:

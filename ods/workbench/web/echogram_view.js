@@ -39,7 +39,7 @@ export default {
     this.unwatch = watch(this.$el, () => this.redraw());
     withPicture(this.$el, () => this.now.title);
     withKeys(this.$el, this.$refs.over, "echogram");
-    const hear = {
+    const listener = {
       pointermove: (event) => this.move(event),
       pointerdown: (event) => this.press(event),
       pointerup: (event) => this.release(event),
@@ -47,7 +47,7 @@ export default {
       wheel: (event) => this.zoom(event),
       dblclick: () => this.see(null),
     };
-    for (const [name, call] of Object.entries(hear))
+    for (const [name, call] of Object.entries(listener))
       this.$refs.over.addEventListener(name, call, { passive: name !== "wheel" });
     joinLink(this);
   },
@@ -56,7 +56,7 @@ export default {
     this.unwatch();
   },
   methods: {
-    // -- what the link asks and tells --
+    // -- what the link asks and reports --
     isShown() {
       return this.$el.clientWidth > 0 && this.$el.clientHeight > 0;
     },

@@ -52,8 +52,8 @@ export default {
       this.pointed = pointed;
       this.drawOver();
     });
-    for (const [name, hear] of Object.entries(this.heard()))
-      this.$refs.over.addEventListener(name, hear, { passive: name !== "wheel" });
+    for (const [name, listener] of Object.entries(this.listeners()))
+      this.$refs.over.addEventListener(name, listener, { passive: name !== "wheel" });
   },
   beforeUnmount() {
     views.delete(this);
@@ -91,7 +91,7 @@ export default {
     },
   },
   methods: {
-    // -- what the link asks and tells --
+    // -- what the link asks and reports --
     isShown() {
       return this.$el.clientWidth > 0 && this.$el.clientHeight > 0;
     },

@@ -67,9 +67,9 @@ class FanView(Element, component="fan_view.js", esm={"ods-charts": "charts", "od
         """Let a drag draw a label: "rectangle" or "ellipse"; empty: it pans."""
         self._set("draws", shape)
 
-    def on_drawn(self, told: Callable[[tuple[int, int], tuple[int, int]], None]) -> None:
-        """Call `told` with first and last beam, and first and last sample, of what was drawn."""
-        self.on("drawn", lambda event: told(_ends(event.args["beams"]), _ends(event.args["samples"])))
+    def on_drawn(self, callback: Callable[[tuple[int, int], tuple[int, int]], None]) -> None:
+        """Call `callback` with first and last beam, and first and last sample, of what was drawn."""
+        self.on("drawn", lambda event: callback(_ends(event.args["beams"]), _ends(event.args["samples"])))
 
     def set_cursor(self, range_m: float, bearing_rad: float) -> None:
         """Mark a place in this view and all others of the page."""
@@ -104,9 +104,9 @@ def _shown(view: View) -> dict[str, object]:
     }
 
 
-def _ends(told: object) -> tuple[int, int]:
-    assert isinstance(told, list)
-    first, last = (int(each) for each in told)
+def _ends(pair: object) -> tuple[int, int]:
+    assert isinstance(pair, list)
+    first, last = (int(each) for each in pair)
     return first, last
 
 

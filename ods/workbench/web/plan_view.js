@@ -34,7 +34,7 @@ export default {
     },
   },
   methods: {
-    heard() {
+    listeners() {
       return {
         pointerdown: (event) => this.press(event),
         pointermove: (event) => this.move(event),
@@ -153,7 +153,7 @@ export default {
       const [x, y] = this.placeOf(event);
       this.$refs.canvas.setPointerCapture(event.pointerId);
       const ruled = measures(event);
-      this.pressed = { x, y, from: { ...this.view }, handle: ruled ? undefined : this.handleAt(x, y), ruled, far: false, told: 0 };
+      this.pressed = { x, y, from: { ...this.view }, handle: ruled ? undefined : this.handleAt(x, y), ruled, far: false, sent: 0 };
       if (ruled) this.measured = null;
     },
     move(event) {
@@ -178,8 +178,8 @@ export default {
       const { pressed } = this;
       pressed.handle.at = this.toPlace(x, y);
       const now = performance.now();
-      if (!done && now - pressed.told < DRAG_MS) return;
-      pressed.told = now;
+      if (!done && now - pressed.sent < DRAG_MS) return;
+      pressed.sent = now;
       const [north, east] = pressed.handle.at;
       this.$emit("drag", { id: pressed.handle.id, north, east, done });
     },

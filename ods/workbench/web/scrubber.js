@@ -1,5 +1,5 @@
 // A bar from the first ping to the last. While it is dragged its thumb follows the pointer at once and the newest place is
-// told every STEP_MS, beside which the page does nothing: at each value of NiceGUI's own slider it would go through all
+// sent every STEP_MS, beside which the page does nothing: at each value of NiceGUI's own slider it would go through all
 // elements of the page, and few pictures would be drawn.
 const STEP_MS = 33;
 const LINE = "position: absolute; left: 0; top: 7px; height: 4px; border-radius: 2px";
@@ -16,13 +16,13 @@ export default {
   props: { place: Number, last: Number },
   mounted() {
     this.now = { place: this.place, last: this.last }; // as the page has set them since, or the hand
-    this.told = null; // the last place, and when
-    this.toldAt = -STEP_MS;
+    this.sent = null; // the last place, and when
+    this.sentAt = -STEP_MS;
     this.timer = null;
     this.isHeld = false;
-    const hears = { pointerdown: this.press, pointermove: this.move, pointerup: this.release, pointercancel: this.release,
+    const listeners = { pointerdown: this.press, pointermove: this.move, pointerup: this.release, pointercancel: this.release,
       keydown: this.key };
-    for (const [name, hear] of Object.entries(hears)) this.$el.addEventListener(name, hear);
+    for (const [name, listener] of Object.entries(listeners)) this.$el.addEventListener(name, listener);
     this.draw();
   },
   methods: {
@@ -59,20 +59,20 @@ export default {
       const share = (event.clientX - this.bounds.left) / this.bounds.width;
       this.now.place = Math.round(Math.min(1, Math.max(0, share)) * this.now.last);
       this.draw();
-      this.timer ??= setTimeout(this.tell, Math.max(0, this.toldAt + STEP_MS - performance.now()));
+      this.timer ??= setTimeout(this.send, Math.max(0, this.sentAt + STEP_MS - performance.now()));
     },
-    tell() {
+    send() {
       this.timer = null;
-      if (this.told === this.now.place) return;
-      this.told = this.now.place;
-      this.toldAt = performance.now();
+      if (this.sent === this.now.place) return;
+      this.sent = this.now.place;
+      this.sentAt = performance.now();
       this.$emit("scrub", { place: this.now.place, held: true });
     },
     release() {
       if (!this.isHeld) return;
       clearTimeout(this.timer);
       this.isHeld = false;
-      this.told = this.timer = null;
+      this.sent = this.timer = null;
       this.$emit("scrub", { place: this.now.place, held: false });
     },
   },

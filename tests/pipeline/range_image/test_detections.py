@@ -52,7 +52,7 @@ def test_bodies_at_three_heights_are_found_where_they_are_and_the_bottom_is_none
     assert np.mean(np.square(down / sigmas)) < 1.5
 
 
-def test_the_height_told_is_that_of_the_pose_and_not_of_the_head() -> None:
+def test_the_height_reported_is_that_of_the_pose_and_not_of_the_head() -> None:
     body = sphere(9.0, 0.0, 20.0)
     scene = scene_of(body, bed_m=None)
     ping, _, level = looked_at(scene)
@@ -65,11 +65,11 @@ def test_a_body_cut_off_above_and_below_does_not_claim_to_know_its_middle() -> N
     pile = {"shape": "cylinder", "position_ned": [8.0, 0.0, 18.0], "radius_m": 0.3, "length_m": 30.0}
     _, seen, _ = looked_at(scene_of(pile | {"axis_ned": [0.0, 0.0, 1.0]}, bed_m=None))
     assert len(seen.detections) == 1
-    told = seen.detections[0]
-    assert told.elevation_extent_rad == pytest.approx(math.radians(40.0), rel=0.05)
-    assert told.sigma_elevation_rad * told.range_m > 1.2
-    assert told.radius_m == pytest.approx(0.3, rel=0.3)
-    assert not told.cut
+    reported = seen.detections[0]
+    assert reported.elevation_extent_rad == pytest.approx(math.radians(40.0), rel=0.05)
+    assert reported.sigma_elevation_rad * reported.range_m > 1.2
+    assert reported.radius_m == pytest.approx(0.3, rel=0.3)
+    assert not reported.cut
 
 
 def test_a_wall_is_cut_into_pieces_that_stay_where_they_are() -> None:
@@ -108,11 +108,11 @@ def test_how_far_the_water_is_clear_is_the_nearest_echo_around_each_direction_bu
     alone[60, 250], alone[45, 20] = 2.0, 14.0
     seen = Chain(PipelineSettings()).process(ping_of(alone))
     assert seen.looked_volume is not None
-    told = np.frombuffer(seen.looked_volume.clear_m, "<f4").reshape(
+    reported = np.frombuffer(seen.looked_volume.clear_m, "<f4").reshape(
         seen.looked_volume.bearings, seen.looked_volume.elevations
     )
     wanted = np.where(ranges > 0.0, ranges, 15.0).T
-    np.testing.assert_allclose(told, wanted.reshape(64, 4, 16, 4).min(axis=(1, 3)), atol=1e-3)
+    np.testing.assert_allclose(reported, wanted.reshape(64, 4, 16, 4).min(axis=(1, 3)), atol=1e-3)
     assert seen.sector.half_vertical_rad == pytest.approx(math.radians(20.0))
     assert seen.usable
 
@@ -171,7 +171,7 @@ def test_from_above_it_is_an_image_whose_levels_are_counts_of_echoes() -> None:
     assert seen_from_above(above) is above
 
 
-def test_of_too_many_bodies_the_nearest_ones_are_told() -> None:
+def test_of_too_many_bodies_the_nearest_ones_are_reported() -> None:
     ranges = np.zeros((64, 256), np.float32)
     for number in range(32 * 21):
         row, column = 3 * (number % 21), 8 * (number // 21)

@@ -21,16 +21,16 @@ def made(now_ns: int = 0) -> CommandControl:
 
 def test_each_command_waits_for_the_answer_to_the_one_before() -> None:
     control = made()
-    control.hear(b"NORBIT WBMS\r\nset_mode is a command\r\n", 0)  # a greeting answers nothing
+    control.receive(b"NORBIT WBMS\r\nset_mode is a command\r\n", 0)  # a greeting answers nothing
     assert control.requests(0) == [b"set_mode 0\r\n"]
     assert control.requests(1) == []
-    control.hear(b"set_mode 0", 2)
+    control.receive(b"set_mode 0", 2)
     assert control.requests(2) == []
-    control.hear(b" # forward\r\n", 3)
+    control.receive(b" # forward\r\n", 3)
     assert control.requests(3) == [b"set_range 0 40\r\n"]
-    control.hear(b"unasked\nset_range 0.0 40.2 # in meter 7\n", 4)
+    control.receive(b"unasked\nset_range 0.0 40.2 # in meter 7\n", 4)
     assert control.requests(4) == [b"set_power 1\r\n"]
-    control.hear(b"power 1\r\n", 5)  # some leave out `set_`
+    control.receive(b"power 1\r\n", 5)  # some leave out `set_`
     assert control.requests(10 * S) == []
     assert control.problems() == []
     assert +control.counters == {"control_requests": 3, "control_acknowledged": 3}
@@ -39,7 +39,7 @@ def test_each_command_waits_for_the_answer_to_the_one_before() -> None:
 def test_what_it_answers_otherwise_or_not_at_all_is_said() -> None:
     control = made()
     control.requests(0)
-    control.hear(b"set_mode 1\r\n", 0)
+    control.receive(b"set_mode 1\r\n", 0)
     sent = [request for turn in range(40) for request in control.requests(turn * S // 4)]
     assert sent == [b"set_range 0 40\r\n"] * 3 + [b"set_power 1\r\n"] * 3
     assert control.problems() == [
@@ -63,7 +63,7 @@ def test_all_is_sent_again_after_each_connection_and_nothing_without_one() -> No
     assert control.requests(0) == []
     control.connected(0)
     control.requests(0)
-    control.hear(b"set_mode 0\r\nset_ra", 1)
+    control.receive(b"set_mode 0\r\nset_ra", 1)
     control.lost()
     assert control.requests(2) == []
     control.connected(3)
@@ -75,7 +75,7 @@ def test_whatever_it_answers_nothing_raises_and_little_is_kept(chunks: list[byte
     control = made()
     for turn, chunk in enumerate([*chunks, b"\0" * LONGEST_LINE, b"x" * 10]):
         control.requests(turn * S)
-        control.hear(b"set_mode " + chunk, turn * S)
+        control.receive(b"set_mode " + chunk, turn * S)
         assert isinstance(control.problems(), list)
         assert len(control._bytes) <= LONGEST_LINE
 

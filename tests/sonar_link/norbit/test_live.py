@@ -171,7 +171,7 @@ def running(end: FarEnd) -> Iterator[Process]:
 
 
 @pytest.mark.timeout(120)
-def test_it_is_told_what_to_do_and_its_images_come_also_after_a_lost_connection() -> None:
+def test_it_is_reported_what_to_do_and_its_images_come_also_after_a_lost_connection() -> None:
     end = FarEnd()
     with running(end) as process:
         process.wait(lambda: len(process.pings) > 3)
@@ -216,7 +216,7 @@ def test_connected_but_no_image_is_said_with_its_cause() -> None:
         process.wait(lambda: process.says("the sonar answers no command: is `command_port` that of a WBMS?"))
 
 
-def heard(tmp_path: Path, end: FarEnd, seconds: float) -> list[str]:
+def received(tmp_path: Path, end: FarEnd, seconds: float) -> list[str]:
     shipped = load(CONFIG, OnboardConfig)
     norbit = msgspec.structs.replace(shipped.sonar.norbit, command_port=end.ports[1])
     sonar = msgspec.structs.replace(shipped.sonar, port=f"tcp://127.0.0.1:{end.ports[0]}", norbit=norbit)
@@ -228,16 +228,16 @@ def heard(tmp_path: Path, end: FarEnd, seconds: float) -> list[str]:
 
 
 def test_the_doctor_hears_its_images(tmp_path: Path) -> None:
-    good, *_ = heard(tmp_path, FarEnd(), 1.5)
+    good, *_ = received(tmp_path, FarEnd(), 1.5)
     assert good.startswith("good ")
     assert "pings/s; images at " in good
 
 
 def test_the_doctor_says_that_the_port_is_that_of_the_bathymetry(tmp_path: Path) -> None:
-    wrong, *_ = heard(tmp_path, FarEnd(always=wire.sealed(bytes(88), 1)), 0.6)
+    wrong, *_ = received(tmp_path, FarEnd(always=wire.sealed(bytes(88), 1)), 0.6)
     assert wrong.startswith("wrong it sends bathymetry, no images: sonar.port ")
 
 
 def test_the_doctor_says_what_to_look_at_when_it_is_connected_but_no_image_comes(tmp_path: Path) -> None:
-    wrong, *_ = heard(tmp_path, FarEnd(answers=False), 0.6)
+    wrong, *_ = received(tmp_path, FarEnd(answers=False), 0.6)
     assert wrong == "wrong connected, but no image: it has answered no command yet"

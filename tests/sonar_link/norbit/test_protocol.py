@@ -84,7 +84,7 @@ def test_any_chunking_gives_the_same_pings(chunk: int) -> None:
     assert cut.counters == whole.counters
 
 
-def test_transmission_is_told_by_the_sonars_clock_not_by_late_arrivals() -> None:
+def test_transmission_is_reported_by_the_sonars_clock_not_by_late_arrivals() -> None:
     protocol = make(latency_ms=2.0)
     listening_ns = round(2 * (0.5 + 5 * 0.05) / 1500 * S) + 2 * MS
     pings = []

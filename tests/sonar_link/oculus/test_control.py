@@ -42,17 +42,17 @@ def test_a_sonar_that_pings_as_asked_is_left_alone() -> None:
     made = control()
     made.requests(0)
     for tenth in range(1, 300):
-        made.hear(OBEYED._replace(ping_rate=195), tenth * S // 10)
+        made.receive(OBEYED._replace(ping_rate=195), tenth * S // 10)
         assert made.requests(tenth * S // 10) == []
     assert made.problems(30 * S) == []
 
 
-def test_one_that_pings_otherwise_is_asked_again_and_told_of_when_it_had_the_time() -> None:
+def test_one_that_pings_otherwise_is_asked_again_and_reported_of_when_it_had_the_time() -> None:
     made = control()
     sent = 0
     for tenth in range(110):
         sent += len(made.requests(tenth * S // 10))
-        made.hear(OBEYED._replace(range_m=10.0), tenth * S // 10)
+        made.receive(OBEYED._replace(range_m=10.0), tenth * S // 10)
         assert bool(made.problems(tenth * S // 10)) == (tenth > 100)
     assert sent == 6
     assert made.problems(11 * S) == ["the sonar did not accept range 20 m: it reports 10 m"]
@@ -62,15 +62,15 @@ def test_one_that_pings_otherwise_is_asked_again_and_told_of_when_it_had_the_tim
 def test_settings_that_are_lost_later_are_counted_and_asked_for_again() -> None:
     made = control()
     made.requests(0)
-    made.hear(OBEYED, S)
-    made.hear(OBEYED._replace(mode=2, gain_percent=76.0), 20 * S)
+    made.receive(OBEYED, S)
+    made.receive(OBEYED._replace(mode=2, gain_percent=76.0), 20 * S)
     assert made.counters["control_lost"] == 1
     assert made.problems(21 * S) == []
     assert len(made.requests(21 * S + round(REPEAT_S * S))) == 1
 
 
 @pytest.mark.parametrize(
-    ("told", "said"),
+    ("reported", "said"),
     [
         ({"mode": 2}, "mode 1: it reports 2"),
         ({"gamma": 255}, "gamma 127: it reports 255"),
@@ -79,8 +79,8 @@ def test_settings_that_are_lost_later_are_counted_and_asked_for_again() -> None:
         ({"salinity_ppt": 0.0}, "salinity 35 ppt: it reports 0 ppt"),
     ],
 )
-def test_each_difference_is_said_in_plain_words(told: dict[str, Any], said: str) -> None:
-    assert differences(OBEYED, OBEYED._replace(**told)) == [said]
+def test_each_difference_is_said_in_plain_words(reported: dict[str, Any], said: str) -> None:
+    assert differences(OBEYED, OBEYED._replace(**reported)) == [said]
 
 
 def test_the_high_mode_tells_its_gain_on_another_scale_and_a_computed_sound_speed_is_its_own() -> None:
@@ -89,7 +89,7 @@ def test_the_high_mode_tells_its_gain_on_another_scale_and_a_computed_sound_spee
     assert differences(OBEYED, OBEYED._replace(gain_percent=76.0)) != []
 
 
-def test_a_told_sound_speed_is_compared_and_salinity_is_not() -> None:
+def test_a_reported_sound_speed_is_compared_and_salinity_is_not() -> None:
     fire = OculusSettings(sound_speed=1480.0).fire()
     assert differences(fire, fire._replace(salinity_ppt=0.0)) == []
     assert differences(fire, fire._replace(sound_speed=1500.0)) == ["sound speed 1480 m/s: it reports 1500 m/s"]

@@ -49,7 +49,9 @@ def repeating(step: Callable[[], Any]) -> Iterator[None]:
     thread.join()
 
 
-def heard(tmp_path: Path, message: Callable[[int], bytes], status: bytes | None, seconds: float = 0.6) -> list[Finding]:
+def received(
+    tmp_path: Path, message: Callable[[int], bytes], status: bytes | None, seconds: float = 0.6
+) -> list[Finding]:
     """Listen to a sonar that sends `message` of 1, 2, ... and `status`."""
     status_port = free_udp_port()
     with (
@@ -74,7 +76,7 @@ def heard(tmp_path: Path, message: Callable[[int], bytes], status: bytes | None,
 
 
 def test_pings_and_who_sends_them(tmp_path: Path) -> None:
-    good, *_ = heard(
+    good, *_ = received(
         tmp_path, lambda number: wire.ping(wire.image(number), number=number, gamma=127), wire.status("127.0.0.1")
     )
     assert good.level == "good"
@@ -91,12 +93,12 @@ def test_pings_and_who_sends_them(tmp_path: Path) -> None:
     ],
 )
 def test_why_there_is_no_ping(tmp_path: Path, message: bytes, said: str) -> None:
-    wrong, *_ = heard(tmp_path, lambda _: message, None)
+    wrong, *_ = received(tmp_path, lambda _: message, None)
     assert wrong.level == "wrong"
     assert said in wrong.text
 
 
-def test_a_wrong_address_is_told_by_the_status_of_the_sonar_that_is_there(tmp_path: Path) -> None:
+def test_a_wrong_address_is_reported_by_the_status_of_the_sonar_that_is_there(tmp_path: Path) -> None:
     status_port = free_udp_port()
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
@@ -105,7 +107,7 @@ def test_a_wrong_address_is_told_by_the_status_of_the_sonar_that_is_there(tmp_pa
         with repeating(lambda: sender.sendto(other, ("127.0.0.1", status_port))):
             (wrong,) = sonar_port.listen(settings_for(tmp_path, port, status_port), 0.5)
     assert wrong.level == "wrong"
-    assert wrong.text.endswith("connection refused; a sonar at 192.168.2.3 is heard (M750d): is sonar.port right?")
+    assert wrong.text.endswith("connection refused; a sonar at 192.168.2.3 is received (M750d): is sonar.port right?")
 
 
 def test_a_sonar_that_the_process_has_is_left_alone() -> None:

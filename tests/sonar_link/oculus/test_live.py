@@ -27,7 +27,7 @@ CONFIG = Path(__file__).parents[3] / "config"
 PATIENCE_S = 120.0
 """Compiling the pipeline included."""
 STAGES = [stage for stage in DEFAULT_STAGES if stage["use"] != "equalize.beam_gain"]
-"""Gains are learned from ping to ping, and how many of the pings sent are heard is chance."""
+"""Gains are learned from ping to ping, and how many of the pings sent are received is chance."""
 FIRE_BYTES = 89
 RESULT_BYTES = 182016
 
@@ -143,8 +143,8 @@ def test_the_recording_sent_by_tcp_gives_the_detections_of_the_file() -> None:
         )
         for number, found in expected.items():
             said = rig.detections[number]
-            for heard, told in zip(said.detections + said.faint, found, strict=True):
-                assert msgspec.structs.asdict(heard) == pytest.approx(msgspec.structs.asdict(told), rel=1e-6)
+            for one, other in zip(said.detections + said.faint, found, strict=True):
+                assert msgspec.structs.asdict(one) == pytest.approx(msgspec.structs.asdict(other), rel=1e-6)
 
 
 @pytest.mark.timeout(120)

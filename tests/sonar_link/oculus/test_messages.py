@@ -50,14 +50,16 @@ def test_a_ping_result_of_either_version(version: int) -> None:
 
 
 @pytest.mark.parametrize("gains", [False, True])
-@pytest.mark.parametrize(("dtype", "told"), [("u1", "u1"), ("<u2", "<u2"), ("<u4", "<f4")])
+@pytest.mark.parametrize(("dtype", "reported"), [("u1", "u1"), ("<u2", "<u2"), ("<u4", "<f4")])
 @pytest.mark.parametrize("version", [1, 2])
-def test_samples_of_8_16_and_32_bits_with_and_without_gains(version: int, dtype: str, told: str, gains: bool) -> None:
+def test_samples_of_8_16_and_32_bits_with_and_without_gains(
+    version: int, dtype: str, reported: str, gains: bool
+) -> None:
     sent = wire.image(2, dtype=dtype)
     data = wire.ping(sent, version, gains=gains)
     decoded = frame(data)
-    assert decoded.dtype == np.dtype(told)
-    np.testing.assert_array_equal(decoded, sent.T.astype(told))
+    assert decoded.dtype == np.dtype(reported)
+    np.testing.assert_array_equal(decoded, sent.T.astype(reported))
 
 
 @pytest.mark.parametrize("dtype", ["u1", "<u2", "<u4"])

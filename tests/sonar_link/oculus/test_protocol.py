@@ -61,7 +61,7 @@ def test_any_chunking_gives_the_same_pings(chunk: int) -> None:
     assert cut.counters == whole.counters
 
 
-def test_transmission_is_told_by_the_sonars_clock_not_by_late_arrivals() -> None:
+def test_transmission_is_reported_by_the_sonars_clock_not_by_late_arrivals() -> None:
     protocol = make(latency_ms=2.0)
     listening_ns = round(2 * (0.025 + 4 * 0.05) / 1500 * S) + 2 * MS
     late_ms = [0, 0, 0, 7, 3, 9, 0, 5]
@@ -162,7 +162,7 @@ def test_a_result_that_stops_is_given_up_after_the_timeout() -> None:
 
 def test_settings_that_are_not_taken_standby_and_heat_are_problems_in_plain_words() -> None:
     protocol = make(oculus={"range_m": 20.0, "settle_s": 1.0})
-    protocol.heard(wire.status(state=3 | 1 << 14), "192.168.2.3", S)
+    protocol.received(wire.status(state=3 | 1 << 14), "192.168.2.3", S)
     protocol.feed(wire.ping(wire.image(1), gamma=127, range=10.0, salinity=35.0), 2 * S)
     protocol.feed(DUMMY, 2 * S)
     assert protocol.problems(3 * S) == [
@@ -172,12 +172,12 @@ def test_settings_that_are_not_taken_standby_and_heat_are_problems_in_plain_word
     ]
 
 
-def test_a_sonar_that_cannot_be_reached_is_told_of_by_its_status() -> None:
+def test_a_sonar_that_cannot_be_reached_is_reported_of_by_its_status() -> None:
     protocol = make()
     protocol.end_stream(S)
     assert protocol.problems(3 * S) == []
-    assert protocol.problems(4 * S) == ["no status of any sonar is heard: is it on, and the cable in?"]
-    protocol.heard(wire.status(client="192.168.2.50"), "192.168.2.3", 8 * S)
+    assert protocol.problems(4 * S) == ["no status of any sonar is received: is it on, and the cable in?"]
+    protocol.received(wire.status(client="192.168.2.50"), "192.168.2.3", 8 * S)
     assert protocol.problems(9 * S) == ["it says that 192.168.2.50 has its connection"]
     assert make(oculus={"status_port": 0}).side_port is None
 
@@ -202,7 +202,7 @@ def test_what_the_doctor_says() -> None:
     assert "in standby" in protocol.diagnosis(10.0)
     protocol.feed(bytes(wire.header(0x22, 400)), S)
     assert "another program" in protocol.diagnosis(10.0)
-    protocol.heard(wire.status(), "192.168.2.3", 2 * S)
+    protocol.received(wire.status(), "192.168.2.3", 2 * S)
     feed(protocol, [wire.ping(wire.image(n), number=n) for n in range(1, 6)])
     assert protocol.traffic(0.5) == (
         "full ping results at 2.0 Hz, ping results at 10.0 Hz, dummies at 2.0 Hz "

@@ -14,7 +14,7 @@ S = 1_000_000_000
 def board(*datagrams: bytes) -> StatusBoard:
     made = StatusBoard("192.168.2.3", Counter())
     for datagram in datagrams:
-        made.hear(datagram, S)
+        made.receive(datagram, S)
     return made
 
 
@@ -31,17 +31,17 @@ def test_another_sonars_status_is_not_ours() -> None:
     made = board(wire.status("192.168.2.9", state=1 << 16))
     assert made.own(S) is None
     assert made.problems(S) == []
-    assert made.why_unreachable(S) == "a sonar at 192.168.2.9 is heard (M750d): is sonar.port right?"
+    assert made.why_unreachable(S) == "a sonar at 192.168.2.9 is received (M750d): is sonar.port right?"
     assert made.counters == {"other_statuses": 1}
 
 
 @pytest.mark.parametrize(
     ("datagrams", "why"),
     [
-        ([], "no status of any sonar is heard"),
+        ([], "no status of any sonar is received"),
         ([wire.status()], "is this machine in its network?"),
         ([wire.status(client="192.168.2.77")], "192.168.2.77 has its connection"),
-        ([wire.status("10.0.0.1", part=9999)], "10.0.0.1 is heard (part 9999)"),
+        ([wire.status("10.0.0.1", part=9999)], "10.0.0.1 is received (part 9999)"),
     ],
 )
 def test_why_a_sonar_cannot_be_reached(datagrams: list[bytes], why: str) -> None:

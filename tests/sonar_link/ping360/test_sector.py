@@ -45,16 +45,16 @@ def test_a_sector_to_and_fro() -> None:
 
 
 @given(st.integers(1, 10), st.integers(5, 180), st.integers(1, 4), st.booleans())
-def test_no_beam_is_lost_or_told_twice(steps: int, half: int, sweeps: int, rising: bool) -> None:
+def test_no_beam_is_lost_or_reported_twice(steps: int, half: int, sweeps: int, rising: bool) -> None:
     half -= half % steps
     there = list(range(-half, half + 1, steps))
     angles = [angle for turn in range(sweeps) for angle in (there if rising ^ (turn % 2 == 1) else there[::-1])]
     found = pieces_of(angles, Sweep((400 - half) % 400, half, steps))
-    told = sorted(
+    reported = sorted(
         (t_ns, bearing) for piece in found for t_ns, bearing in zip(piece.t_ns, piece.bearing_rad, strict=True)
     )
-    assert [t_ns for t_ns, _ in told] == [number * EVERY_NS for number in range(len(angles))]
-    assert [bearing for _, bearing in told] == pytest.approx([angle * GRADIAN for angle in angles])
+    assert [t_ns for t_ns, _ in reported] == [number * EVERY_NS for number in range(len(angles))]
+    assert [bearing for _, bearing in reported] == pytest.approx([angle * GRADIAN for angle in angles])
     assert all(np.all(np.diff(piece.bearing_rad) > 0.0) for piece in found)
 
 

@@ -41,7 +41,7 @@ def free_port() -> int:
 
 
 class FarEnd:
-    """Sends an image each 20 ms, or what it is told to send."""
+    """Sends an image each 20 ms, or what it is reported to send."""
 
     def __init__(self, port: int, *, always: bytes = b"", group: str = GROUP) -> None:
         self._line = MulticastLine(group, port)
@@ -156,7 +156,7 @@ def test_an_interface_that_is_not_here_is_said() -> None:
         process.wait(lambda: process.says(f"cannot join {GROUP} at the interface with 192.0.2.90"))
 
 
-def heard(tmp_path: Path, port: int, seconds: float, address: str = GROUP) -> list[str]:
+def received(tmp_path: Path, port: int, seconds: float, address: str = GROUP) -> list[str]:
     shipped = load(CONFIG, OnboardConfig)
     own = msgspec.structs.replace(shipped.sonar.sonar3d15, interface=HERE, sender="")
     sonar = msgspec.structs.replace(shipped.sonar, port=f"udp://{address}:{port}", sonar3d15=own)
@@ -169,7 +169,7 @@ def test_the_doctor_hears_its_images_by_multicast_and_by_unicast(tmp_path: Path)
         port = free_port()
         end = FarEnd(port, group=group)
         try:
-            good, *_ = heard(tmp_path, port, 1.0, address)
+            good, *_ = received(tmp_path, port, 1.0, address)
         finally:
             end.close()
         assert good.startswith("good ")
@@ -177,7 +177,7 @@ def test_the_doctor_hears_its_images_by_multicast_and_by_unicast(tmp_path: Path)
 
 
 def test_the_doctor_says_what_to_look_at(tmp_path: Path) -> None:
-    wrong, *_ = heard(tmp_path, free_port(), 0.3)
+    wrong, *_ = received(tmp_path, free_port(), 0.3)
     assert wrong.startswith(f"wrong nothing comes from the group {GROUP}: is the sonar on")
     (note,) = sonar_port.examine("udp://224.0.0.96:4747")
     assert (note.level, note.text) == ("note", "datagrams: only `ods doctor --listen` can show whether any arrive")

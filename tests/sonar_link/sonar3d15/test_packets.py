@@ -40,11 +40,11 @@ def test_real_range_images_are_those_that_the_makers_own_client_decodes() -> Non
     found = [packets.unpack(packet) for packet in real_packets()]
     assert [packet.kind for packet in found] == ["RangeImage", "BitmapImageGreyscale8"] * 6
     images = [packets.decode_range_image(packet.message) for packet in found if packet.kind == packets.RANGE_IMAGE]
-    told = {}
+    reported = {}
     for image in images:
         sent = np.ascontiguousarray(frame_of(ping_of(image, STAMP)).T)
-        told[image.number] = zlib.crc32(sent.tobytes()), image.time_ns, int(sent.sum())
-    assert told == BY_WLSONAR
+        reported[image.number] = zlib.crc32(sent.tobytes()), image.time_ns, int(sent.sum())
+    assert reported == BY_WLSONAR
     assert (images[0].width, images[0].height, images[0].range_m, images[0].sound_speed) == (256, 64, 15.0, 1491.0)
 
 
@@ -90,14 +90,14 @@ def test_a_block_that_claims_too_much_is_refused_before_memory_is_taken() -> Non
 
 
 @pytest.mark.parametrize(
-    "told",
+    "reported",
     [{"size": (32, 9)}, {"size": (0, 0)}, {"size": (1, 256)}, {"size": (2**31, 2**31)}, {"scale": 0.0},
      {"scale": float("nan")}, {"scale": -1.0}, {"sound": 0.0}, {"reach": float("inf")}, {"reach": 0.0},
      {"opening": (0.0, 40.0)}, {"opening": (90.0, float("nan"))}, {"opening": (90.0, 400.0)},
      {"packed": wire.varint(70_000) * 256}, {"packed": b"\x80" * 300}, {"packed": b""}],
 )  # fmt: skip
-def test_absurd_numbers_make_no_ping(told: dict[str, object]) -> None:
-    found = packets.unpack(wire.packet(wire.pixels(), **told))
+def test_absurd_numbers_make_no_ping(reported: dict[str, object]) -> None:
+    found = packets.unpack(wire.packet(wire.pixels(), **reported))
     with pytest.raises(ValueError, match=r"\w"):
         ping_of(packets.decode_range_image(found.message), STAMP)
 

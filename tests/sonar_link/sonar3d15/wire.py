@@ -80,6 +80,6 @@ def range_image(
     return message("RangeImage", content + data(10, numbers))
 
 
-def packet(image: AnyArray, **told: object) -> bytes:
+def packet(image: AnyArray, **reported: object) -> bytes:
     """The packet of a range image; see `range_image`."""
-    return sealed(literals(range_image(image, **told)))  # type: ignore[arg-type]
+    return sealed(literals(range_image(image, **reported)))  # type: ignore[arg-type]

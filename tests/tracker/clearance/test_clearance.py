@@ -323,10 +323,10 @@ def test_whatever_is_told_to_be_empty_was_seen_so_and_nothing_could_have_come_th
     later_s: float,
 ) -> None:
     bench, stand, done = Bench(), Stand(), list[Look]()
-    for north, east, yaw, down, dark, heard, usable in moves:
+    for north, east, yaw, down, dark, received, usable in moves:
         stand = Stand(stand.north + north, stand.east + east, stand.down + 0.2 * down, stand.yaw + yaw)
         part = None if dark is None else UnseenPart(dark[0], dark[0] + 0.2, dark[1], dark[1] + 20.0, "saturated")
-        found = None if heard is None else echo(heard[1], heard[0])
+        found = None if received is None else echo(received[1], received[0])
         t_s = (bench.number + 1) * PERIOD_S
         made = bench.ping(stand, unseen=[part] if part else [], echoes=[found] if found else [], usable=usable)
         if usable:
@@ -355,7 +355,7 @@ def test_what_a_ping_showed_of_the_layer_is_that_of_each_cells_middle() -> None:
     rng = np.random.default_rng(5)
     mask = FanMask(SECTOR, rng.random((BEARINGS, RANGES)) < 0.6, rng.random((BEARINGS, RANGES)) < 0.1)
     layer = Layer((40, 55), rotation_matrix(quat_from_euler(0.1, -0.2, 2.0)), -12.0, -20.0, 1.5, 0.9)
-    empty, heard, room = layer.in_fan(mask, 0.3)
+    empty, received, room = layer.in_fan(mask, 0.3)
     forward, starboard, down = layer.in_head()
     away = np.sqrt(forward**2 + starboard**2 + down**2)
     step_rad = (SECTOR.bearing_max_rad - SECTOR.bearing_min_rad) / BEARINGS
@@ -367,7 +367,7 @@ def test_what_a_ping_showed_of_the_layer_is_that_of_each_cells_middle() -> None:
     assert inside.any()
     assert not inside.all()
     np.testing.assert_array_equal(empty, inside & mask.empty[at])
-    np.testing.assert_array_equal(heard, inside & mask.heard[at])
+    np.testing.assert_array_equal(received, inside & mask.received[at])
     np.testing.assert_allclose(room, away * math.sin(SECTOR.half_vertical_rad) - np.abs(down) - 0.3, atol=1e-12)
 
 

@@ -99,12 +99,12 @@ def place_of_echo(window: webdriver.Chrome, view: WebElement) -> tuple[float, fl
 
 def shown(window: webdriver.Chrome) -> list[tuple[Any, str]]:
     """Return presentation and session in each window of a browser."""
-    told = []
+    reported = []
     for handle in window.window_handles:
         window.switch_to.window(handle)
         until(lambda: len(views(window)), 2)
-        told.append((prop(window, views(window)[0], "presentation"), text(window, "session")))
-    return told
+        reported.append((prop(window, views(window)[0], "presentation"), text(window, "session")))
+    return reported
 
 
 @pytest.mark.parametrize("presentation", ["fan", "polar"])

@@ -69,8 +69,8 @@ def test_what_is_drawn_is_a_label_and_detections_are_judged_by_it(window: webdri
     ((first, last, begin, end, shape, text),) = until(lambda: labels(window))
     assert (shape, text) == ("rectangle", "wedge")
     assert (abs(first - 9) <= 1, abs(last - 27) <= 1, abs(begin - 1380) < 10, abs(end - 1515) < 10) == (True,) * 4
-    told = until(lambda: counts(window))
-    assert told["right"] + told["missed"] == 1
+    reported = until(lambda: counts(window))
+    assert reported["right"] + reported["missed"] == 1
     wait_for(window, "against your labels: ")
 
 

@@ -28,7 +28,7 @@ AROUND = VetoRegion(centre_ne=(mission.POSE.position_ned[0] + 12.0, mission.POSE
 
 
 def speaking(run_dir: Path, ends: threading.Event) -> None:
-    """Publish a list with a veto, and the health of two bridges, until told to end."""
+    """Publish a list with a veto, and the health of two bridges, until reported to end."""
     began_ns, began_utc_ns = clock.monotonic_ns(), clock.utc_ns()
     with ExitStack() as stack:
         vehicle = Vehicle(run_dir, stack, "bridge_json", "bridge_ttm")
@@ -64,26 +64,28 @@ def table(window: webdriver.Chrome, title: str) -> str:
     )
 
 
-def test_a_veto_is_told_with_who_why_and_until_when(live: webdriver.Chrome) -> None:
+def test_a_veto_is_reported_with_who_why_and_until_when(live: webdriver.Chrome) -> None:
     number = str(mission.LIST.obstacles[0].id)
-    told = until(lambda: "our buoy" in (text := table(live, "Operators' vetoes")) and text)
-    assert f"obstacle {number}, while it is within 6.0 m around" in told
-    assert "anna" in told
-    assert "UTC, 9 min" in told
+    reported = until(lambda: "our buoy" in (text := table(live, "Operators' vetoes")) and text)
+    assert f"obstacle {number}, while it is within 6.0 m around" in reported
+    assert "anna" in reported
+    assert "UTC, 9 min" in reported
     assert f"{number} ignored by anna" in live.execute_script("return document.body.innerText")
 
 
-def test_bridges_are_told_with_what_is_wrong(live: webdriver.Chrome) -> None:
-    told = until(lambda: "json" in (text := table(live, "Bridges")) and text)
-    assert "✓ ready" in told
-    assert "✗ nobody takes what is sent" in told
+def test_bridges_are_reported_with_what_is_wrong(live: webdriver.Chrome) -> None:
+    reported = until(lambda: "json" in (text := table(live, "Bridges")) and text)
+    assert "✓ ready" in reported
+    assert "✗ nobody takes what is sent" in reported
     assert "bridge_json" not in table(live, "Processes")
 
 
 def test_the_doctor_says_what_is_wrong_first(live: webdriver.Chrome) -> None:
     press(live, "Examine")
-    told = until(lambda: "wrong of " in (text := str(live.execute_script("return document.body.innerText"))) and text)
-    assert "ods doctor, " in told
+    reported = until(
+        lambda: "wrong of " in (text := str(live.execute_script("return document.body.innerText"))) and text
+    )
+    assert "ods doctor, " in reported
     rows = [row.text for row in live.find_elements(By.CSS_SELECTOR, "tbody tr") if "✗ wrong" in row.text]
     assert any("serial port" in row or "sonar" in row for row in rows)
     levels = [row.text.split()[0] for row in live.find_elements(By.CSS_SELECTOR, "tbody tr") if row.text[:1] in "✗!✓"]

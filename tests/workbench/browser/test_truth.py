@@ -47,10 +47,10 @@ def counts(window: webdriver.Chrome) -> dict[str, int]:
 
 
 def test_what_is_there_is_right(window: webdriver.Chrome) -> None:
-    told = counts(window)
-    assert (told["right"], told["missed"]) == (3, 0)
-    assert kinds(window) == ["false"] * told["false"] + ["right"] * 3
-    assert window.execute_script(SIGNS) == ["✓"] * 3 + ["✕"] * told["false"]
+    reported = counts(window)
+    assert (reported["right"], reported["missed"]) == (3, 0)
+    assert kinds(window) == ["false"] * reported["false"] + ["right"] * 3
+    assert window.execute_script(SIGNS) == ["✓"] * 3 + ["✕"] * reported["false"]
 
 
 def test_a_level_that_is_raised_misses_them_at_once(window: webdriver.Chrome) -> None:

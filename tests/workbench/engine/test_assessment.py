@@ -38,10 +38,10 @@ def test_the_point_has_what_the_chain_finds_at_its_own_levels() -> None:
 
 
 def test_a_higher_level_finds_less_and_errs_less() -> None:
-    told: list[float] = []
+    reported: list[float] = []
 
     def tell(share: float) -> bool:
-        told.append(share)
+        reported.append(share)
         return True
 
     points = swept(tell, State(), HIGH, [4.0, 8.0, 100.0], FEW)
@@ -49,7 +49,7 @@ def test_a_higher_level_finds_less_and_errs_less() -> None:
     assert [point.value for point in points] == [4.0, 8.0, 100.0]
     assert points[0].false_alarms > points[1].false_alarms >= points[2].false_alarms == 0.0
     assert points[0].found >= points[1].found >= points[2].found
-    assert told == [0.0, 1 / 3, 2 / 3]
+    assert reported == [0.0, 1 / 3, 2 / 3]
 
 
 def test_values_that_a_setting_refuses_are_left_out() -> None:
@@ -67,8 +67,8 @@ def test_a_sweep_ends_when_it_is_not_wanted_any_more() -> None:
 
 def test_a_number_that_is_swept_is_the_one_that_runs_and_changes_no_other() -> None:
     cells = f"pipeline.stage[{LAST}].min_cells"
-    (told,) = [each for each in numbers_of(State().tuning) if each.path == cells]
-    assert told.value == 2
+    (reported,) = [each for each in numbers_of(State().tuning) if each.path == cells]
+    assert reported.value == 2
     points = swept(whole, State(), cells, [2], FEW)
     assert points is not None
     (swept_to_it,) = points

@@ -40,10 +40,10 @@ def test_difference_against_brute_force(a: list[Detection], b: list[Detection]) 
         best = min(near, key=lambda pair: (near[pair], pair))
         expected.append(best)
         apart = {pair: ratio for pair, ratio in apart.items() if pair[0] != best[0] and pair[1] != best[1]}
-    told = difference(a, b)
-    assert told.both == sorted(expected)
-    assert told.only_a == [i for i in range(len(a)) if i not in {pair[0] for pair in expected}]
-    assert told.only_b == [j for j in range(len(b)) if j not in {pair[1] for pair in expected}]
+    reported = difference(a, b)
+    assert reported.both == sorted(expected)
+    assert reported.only_a == [i for i in range(len(a)) if i not in {pair[0] for pair in expected}]
+    assert reported.only_b == [j for j in range(len(b)) if j not in {pair[1] for pair in expected}]
 
 
 @pytest.mark.parametrize(

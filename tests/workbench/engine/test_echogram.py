@@ -76,7 +76,7 @@ def test_another_range_setting_leaves_what_was_before_where_it_was() -> None:
     result = filling.result()
     for column, range_m in zip(result.level_db, (1.0, 10.0), strict=True):
         assert peak_m(column, result.cell_m) == pytest.approx(range_m, abs=result.cell_m)
-    assert np.isnan(result.level_db[0][int(3.0 / result.cell_m) :]).all()  # nothing was heard from there
+    assert np.isnan(result.level_db[0][int(3.0 / result.cell_m) :]).all()  # nothing was received from there
 
 
 def test_a_beam_and_the_highest_of_all_planes() -> None:
@@ -126,7 +126,7 @@ def test_what_cannot_be_read_is_an_empty_column(monkeypatch: pytest.MonkeyPatch)
         parts.append(part)
         return part.read < 2
 
-    assert read_echogram(data, tell=tell) is None
+    assert read_echogram(data, report=tell) is None
     assert [part.read for part in parts] == [1, 1, 2]
 
 

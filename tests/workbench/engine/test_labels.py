@@ -64,8 +64,8 @@ def test_detections_are_counted_as_assess_counts_them() -> None:
         score.count_image(detections.detections, targets)
         assert (len(judged.right), len(judged.false)) == (score.found, score.false_alarms)
         assert len(judged.missed) == score.targets - score.found
-        told = {*judged.more, *judged.false, *(one for one, _ in judged.right)}
-        assert told == set(range(len(spots)))
+        reported = {*judged.more, *judged.false, *(one for one, _ in judged.right)}
+        assert reported == set(range(len(spots)))
         assert [circle.name for circle in circles] == ["bright slanting line", "label"]
 
 

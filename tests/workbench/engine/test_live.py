@@ -1,4 +1,4 @@
-"""What is heard of a vehicle, over a real bus on which the test publishes."""
+"""What is received of a vehicle, over a real bus on which the test publishes."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -21,7 +21,7 @@ replace = msgspec.structs.replace
 
 
 class Vehicle:
-    """Processes that publish what they are told to."""
+    """Processes that publish what they are reported to."""
 
     def __init__(self, run_dir: Path, stack: ExitStack, *others: str) -> None:
         context = stack.enter_context(zmq.Context())
@@ -39,9 +39,9 @@ class Vehicle:
     def tell(self, **changes: object) -> ObstacleList:
         """Publish a list of a ping of 100 ms ago, read 40 ms ago."""
         now_ns = clock.monotonic_ns()
-        told = replace(mission.LIST, t_ns=now_ns - 100 * MS, t_rx_ns=now_ns - 40 * MS, **changes)
-        self.say("obstacles", told)
-        return told
+        reported = replace(mission.LIST, t_ns=now_ns - 100 * MS, t_rx_ns=now_ns - 40 * MS, **changes)
+        self.say("obstacles", reported)
+        return reported
 
 
 @pytest.fixture
@@ -69,16 +69,16 @@ def test_the_newest_of_everything_is_known(vehicle: Vehicle, live: Live) -> None
     vehicle.say("ping", mission.PING)
     vehicle.say("pose", mission.POSE)
     vehicle.say("detections", mission.DETECTIONS)
-    told = vehicle.tell(valid=True, reasons=[])
+    reported = vehicle.tell(valid=True, reasons=[])
     until(lambda: live.ping and live.pose and live.detections and live.obstacles)
     assert live.ping == mission.PING
     assert live.pose == mission.POSE
     assert live.detections == mission.DETECTIONS
-    assert live.obstacles == told
+    assert live.obstacles == reported
     assert list(live.path) == [mission.POSE.position_ned[:2]]
 
 
-def test_reasons_of_a_list_that_is_not_valid_are_told(vehicle: Vehicle, live: Live) -> None:
+def test_reasons_of_a_list_that_is_not_valid_are_reported(vehicle: Vehicle, live: Live) -> None:
     vehicle.tell(valid=False, reasons=["no pose for 0.8 s", "nav: CAN bus off"])
     until(lambda: live.obstacles)
     verdict = live.verdict(clock.monotonic_ns())
@@ -115,9 +115,9 @@ def test_a_sonar_that_pings_seldom_is_not_said_to_be_silent(vehicle: Vehicle, li
     now_ns = clock.monotonic_ns()
     age_s = live.age_s("ping", now_ns)
     assert age_s is not None
-    heard_ns = now_ns - round(age_s * NS)
-    assert not any("pings" in text for text in live.silences(heard_ns + NS * 13 // 10))
-    assert live.silences(heard_ns + NS * 31 // 10)[0].startswith("no pings for 3.")
+    received_ns = now_ns - round(age_s * NS)
+    assert not any("pings" in text for text in live.silences(received_ns + NS * 13 // 10))
+    assert live.silences(received_ns + NS * 31 // 10)[0].startswith("no pings for 3.")
 
 
 def test_a_run_dir_of_nobody_says_what_is_missing(tmp_path: Path) -> None:
@@ -153,14 +153,14 @@ def test_latency_counts_from_ping_and_from_its_last_byte(vehicle: Vehicle, live:
 
 
 def test_listeners_hear_of_each_topic_and_of_time(vehicle: Vehicle, live: Live) -> None:
-    heard: list[str] = []
-    stop = live.listen(heard.append)
+    received: list[str] = []
+    stop = live.listen(received.append)
     vehicle.say("ping", mission.PING)
-    until(lambda: "ping" in heard and "" in heard)
+    until(lambda: "ping" in received and "" in received)
     stop()
-    count = len(heard)
+    count = len(received)
     time.sleep(0.4)
-    assert len(heard) == count
+    assert len(received) == count
 
 
 def test_nothing_is_published_or_requested(tmp_path: Path, vehicle: Vehicle, live: Live) -> None:
@@ -173,7 +173,7 @@ def test_nothing_is_published_or_requested(tmp_path: Path, vehicle: Vehicle, liv
 @pytest.mark.parametrize(
     ("health", "age_s", "state"),
     [
-        (None, None, ("not heard of", True)),
+        (None, None, ("not received of", True)),
         (HEALTH, 0.4, ("ready", False)),
         (HEALTH, 3.4, ("silent for 3 s", True)),
         (replace(HEALTH, problems=["disk full", "no line"]), 0.1, ("disk full; no line", True)),

@@ -14,7 +14,7 @@ from tests.pipeline.pings import make_ping
 from tests.workbench.pages.test_observer_views import ASLEEP, ONE, tracked
 
 
-def test_gaps_are_told_by_the_numbers_of_pings() -> None:
+def test_gaps_are_reported_by_the_numbers_of_pings() -> None:
     pings = [make_ping(np.zeros((4, 25), np.uint8), ping_number=number) for number in (3, 4, 7, 8, 10)]
     data = Data(DataReference(), pings)
     assert gap_marks(data) == [Mark(2, "gap", "2 pings missing"), Mark(4, "gap", "1 ping missing")]

@@ -7,7 +7,7 @@ from ods.workbench.engine.background.newest import Newest
 
 def test_requests_that_a_later_one_overtook_are_dropped() -> None:
     begun, may_end, done = threading.Event(), threading.Event(), threading.Event()
-    told: list[int] = []
+    reported: list[int] = []
 
     def work(request: int) -> int:
         begun.set()
@@ -15,11 +15,11 @@ def test_requests_that_a_later_one_overtook_are_dropped() -> None:
         return 10 * request
 
     def tell(_: int, answer: int) -> None:
-        told.append(answer)
+        reported.append(answer)
         if answer == 50:
             done.set()
 
-    newest = Newest(work, tell, lambda _, error: told.append(-1))
+    newest = Newest(work, tell, lambda _, error: reported.append(-1))
     newest.ask(0)
     assert begun.wait(10.0)
     for request in range(1, 6):
@@ -27,24 +27,24 @@ def test_requests_that_a_later_one_overtook_are_dropped() -> None:
     assert newest.overtaken
     may_end.set()
     assert done.wait(10.0)
-    assert told == [0, 50]
+    assert reported == [0, 50]
     assert newest.dropped == 4
     newest.close()
 
 
-def test_a_request_that_fails_is_told_and_the_next_is_done() -> None:
-    told: list[str] = []
+def test_a_request_that_fails_is_reported_and_the_next_is_done() -> None:
+    reported: list[str] = []
     done = threading.Event()
 
     def work(request: int) -> float:
         return 1.0 / request
 
     def tell(_: int, answer: float) -> None:
-        told.append(f"{answer}")
+        reported.append(f"{answer}")
         done.set()
 
     def fail(request: int, error: Exception) -> None:
-        told.append(f"{request}: {error}")
+        reported.append(f"{request}: {error}")
         done.set()
 
     newest = Newest(work, tell, fail)
@@ -53,7 +53,7 @@ def test_a_request_that_fails_is_told_and_the_next_is_done() -> None:
     done.clear()
     newest.ask(4)
     assert done.wait(10.0)
-    assert told == ["0: float division by zero", "0.25"]
+    assert reported == ["0: float division by zero", "0.25"]
     newest.close()
 
 

@@ -24,10 +24,10 @@ def test_names_lead_nowhere_else(tmp_path: Path, name: str) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_name_too_long_is_told_short(tmp_path: Path) -> None:
-    with pytest.raises(OdsError, match=r"1 to 60 letters") as told:
+def test_a_name_too_long_is_reported_short(tmp_path: Path) -> None:
+    with pytest.raises(OdsError, match=r"1 to 60 letters") as reported:
         save_preset("x" * 300, START, [tmp_path])
-    assert len(str(told.value)) < 150
+    assert len(str(reported.value)) < 150
 
 
 def test_letters_of_all_languages_are_letters_and_a_name_is_kept_once(tmp_path: Path) -> None:

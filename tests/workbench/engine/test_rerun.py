@@ -109,11 +109,11 @@ def test_another_chain_finds_anew(direct: list[Step]) -> None:
 
 
 def test_arrays_say_what_the_lists_say(result: Tracked, direct: list[Step]) -> None:
-    told = {(place, obstacle.id): obstacle for place, step in enumerate(direct) for obstacle in step.list.obstacles}
-    assert sum(len(course.place) for course in result.courses) == len(told)
+    reported = {(place, obstacle.id): obstacle for place, step in enumerate(direct) for obstacle in step.list.obstacles}
+    assert sum(len(course.place) for course in result.courses) == len(reported)
     for course in result.courses:
         for k, place in enumerate(course.place.tolist()):
-            obstacle = told[place, course.id]
+            obstacle = reported[place, course.id]
             assert tuple(course.position[k]) == obstacle.position_ned
             assert tuple(course.sigma_velocity[k]) == obstacle.sigma_velocity
             assert course.t_s[k] == pytest.approx((direct[place].ping.t_ns - direct[0].ping.t_ns) / 1e9)

@@ -99,7 +99,7 @@ def test_the_vertical_pattern_is_the_shipped_figure_8() -> None:
     assert max(level for angle, level in at.items() if abs(angle) > 15.0) < -12.0
 
 
-def test_the_beam_pattern_is_half_power_at_its_width_and_has_no_lobe_above_what_is_told() -> None:
+def test_the_beam_pattern_is_half_power_at_its_width_and_has_no_lobe_above_what_is_reported() -> None:
     curve = beam_pattern(SONAR)
     half = 0.5 * math.degrees(SONAR.beam_width_rad)
     assert np.interp(half, curve.x, curve.y) == pytest.approx(-3.0, abs=0.1)
@@ -167,7 +167,7 @@ def test_a_rehearsal_is_what_track_makes_of_the_scene(tmp_path: Path) -> None:
     assert made.objects == objects
     assert objects
     assert made.false_tracks == len(false_ids)
-    assert [told for _, told in made.record.lists] == [told for _, told in record.lists]
+    assert [reported for _, reported in made.record.lists] == [reported for _, reported in record.lists]
     assert len(shares) == len(source.pings)
     assert shares[-1] == 1.0
     assert shares == sorted(shares)
@@ -180,7 +180,7 @@ def test_a_rehearsal_can_be_given_up() -> None:
     assert len(shares) == 2
 
 
-def test_levels_that_do_not_fit_the_sonar_are_told_of_a_rehearsal_too() -> None:
+def test_levels_that_do_not_fit_the_sonar_are_reported_of_a_rehearsal_too() -> None:
     file = with_value(SHORT, "image.beam_gain_db", [1.0, 2.0])
     with pytest.raises(SceneError, match="beam_gain_db"):
         rehearse(built(file), SONAR, MissionSettings())

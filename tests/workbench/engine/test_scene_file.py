@@ -72,7 +72,7 @@ def test_a_folder_that_is_not_there_is_one_line(tmp_path: Path) -> None:
         save(saved)
 
 
-def test_the_sonars_that_come_with_ods_are_told() -> None:
+def test_the_sonars_that_come_with_ods_are_reported() -> None:
     assert {"seabat6012", "seabat6012_3plane", "oculus_m750d", "multibeam512"} <= set(shipped_sonars())
 
 

@@ -115,7 +115,7 @@ def test_going_on_from_ping_to_ping_is_as_jumping_there() -> None:
     assert np.array_equal(steps[-1], jumping.study(settings(OVER_PINGS), 5).looks[1].image, equal_nan=True)
 
 
-def test_costs_are_told_for_each_stage() -> None:
+def test_costs_are_reported_for_each_stage() -> None:
     studio = Studio(data(pings()))
     studio.study(settings(), 0)
     assert studio.cost(settings(), 0, lambda: True) is None

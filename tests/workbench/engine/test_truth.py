@@ -16,7 +16,7 @@ from tests.export import mission
 from tests.workbench.engine.test_compare import found
 
 
-def told(*circles: tuple[float, float, float], processed: list[tuple[float, float]] | None = None) -> Detections:
+def reported(*circles: tuple[float, float, float], processed: list[tuple[float, float]] | None = None) -> Detections:
     """Return a ping's detections: range, bearing, radius of each."""
     return msgspec.structs.replace(
         mission.DETECTIONS, detections=[found(*each) for each in circles], processed_ranges_m=processed or []
@@ -28,24 +28,24 @@ def true(range_m: float, bearing_rad: float, radius_m: float = 1.0, in_sector: b
 
 
 def test_each_object_has_one_detection_the_nearest_and_the_rest_is_false_or_missed() -> None:
-    detections = told((20.0, 0.0, 0.5), (20.9, 0.0, 0.5), (30.0, 0.3, 0.5), (21.6, 0.0, 0.5))
+    detections = reported((20.0, 0.0, 0.5), (20.9, 0.0, 0.5), (30.0, 0.3, 0.5), (21.6, 0.0, 0.5))
     objects = [true(20.8, 0.0), true(50.0, -0.2), true(60.0, 1.5, in_sector=False)]
     assert judged(detections, objects) == Judged(right=[(1, 0)], more=[0, 3], false=[2], missed=[1])
 
 
 def test_two_objects_do_not_share_a_detection() -> None:
-    assert judged(told((20.0, 0.0, 2.0)), [true(19.0, 0.0), true(20.5, 0.0)]) == Judged([(0, 1)], [], [], [0])
+    assert judged(reported((20.0, 0.0, 2.0)), [true(19.0, 0.0), true(20.5, 0.0)]) == Judged([(0, 1)], [], [], [0])
 
 
 def test_what_was_not_looked_at_is_not_missed() -> None:
     objects = [true(20.0, 0.0), true(40.0, 0.0)]
-    assert judged(told(processed=[(1.0, 30.0)]), objects) == Judged([], [], [], [0])
-    assert judged(told(processed=[(1.0, 30.0), (35.0, 50.0)]), objects).missed == [0, 1]
+    assert judged(reported(processed=[(1.0, 30.0)]), objects) == Judged([], [], [], [0])
+    assert judged(reported(processed=[(1.0, 30.0), (35.0, 50.0)]), objects).missed == [0, 1]
 
 
 def test_nothing_against_nothing() -> None:
-    assert judged(told(), []) == Judged([], [], [], [])
-    assert judged(told((9.0, 0.0, 1.0)), []).false == [0]
+    assert judged(reported(), []) == Judged([], [], [], [])
+    assert judged(reported((9.0, 0.0, 1.0)), []).false == [0]
 
 
 def test_true_objects_lie_where_the_head_sees_them() -> None:

@@ -33,7 +33,7 @@ def after(state: State, action: do.Action) -> State:
 
 
 @pytest.mark.parametrize("pipeline", [{}, {"smallest_object_m": 1.0}, {"attention": {"subsample": 3}}])
-def test_the_numbers_told_are_those_that_run(pipeline: dict[str, Any]) -> None:
+def test_the_numbers_reported_are_those_that_run(pipeline: dict[str, Any]) -> None:
     state = state_of(**pipeline)
     assert numbered(state.tuning, DR_M) == runs(state).stage
 

@@ -133,7 +133,7 @@ async def test_a_key_changes_the_presentation(
 
 def press(user: User, key: str, modifiers: set[str]) -> None:
     (keyboard,) = user.find(ui.keyboard).elements
-    (listener,) = [heard for heard in keyboard._event_listeners.values() if heard.type == "key"]
+    (listener,) = [received for received in keyboard._event_listeners.values() if received.type == "key"]
     event = {"action": "keydown", "repeat": False, "key": key, "code": "", "location": 0}
     pressed = {f"{name}Key": name in modifiers for name in ("alt", "ctrl", "meta", "shift")}
     keyboard._handle_event({"listener_id": listener.id, "args": {**event, **pressed}})

@@ -52,7 +52,7 @@ async def test_verdict_processes_and_silence_are_said(tmp_path: Path, vehicle: V
         assert tracker["state"] == "✓ ready"
         assert tracker["counters"] == "echoes_bad 2"
         sonar = next(row for row in processes.rows if row["process"] == "sonar")
-        assert sonar["state"] == "✗ not heard of"
+        assert sonar["state"] == "✗ not received of"
         await until(lambda: "NOT VALID: no obstacle list for" in banner(user))
     listening = live.live_of(session)
     assert listening is not None
@@ -65,7 +65,7 @@ def banner(user: User) -> str:
     return str(label.text)
 
 
-async def test_a_bus_that_vanishes_is_said_and_heard_again_when_it_is_back(tmp_path: Path) -> None:
+async def test_a_bus_that_vanishes_is_said_and_received_again_when_it_is_back(tmp_path: Path) -> None:
     """The process is killed, so that its sockets stay, and another takes its place."""
     session = Session(State(data=DataReference(kind="live", path=str(tmp_path))))
     async with user_simulation(lambda: live.build(session)) as user:
@@ -77,8 +77,8 @@ async def test_a_bus_that_vanishes_is_said_and_heard_again_when_it_is_back(tmp_p
     listening = live.live_of(session)
     assert listening is not None
     listening.close()
-    told = [line.text.partition(":")[0] for line in listening.log if line.text.startswith("the list is")]
-    assert told[-4:] == ["the list is valid", "the list is NOT VALID"] * 2
+    reported = [line.text.partition(":")[0] for line in listening.log if line.text.startswith("the list is")]
+    assert reported[-4:] == ["the list is valid", "the list is NOT VALID"] * 2
 
 
 @contextmanager

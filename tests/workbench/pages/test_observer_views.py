@@ -37,8 +37,8 @@ def tracked(states: Lives) -> Tracked:
     for place in range(PINGS):
         t_ns = mission.T_NS + place * NS
         listed = [obstacle(i, place, by[place]) for i, by in states.items() if place in by]
-        told = ObstacleList(place, place, t_ns, mission.UTC_NS + place * NS, t_ns, True, [], listed, made_ns=t_ns)
-        collecting.add(Found(place, t_ns, mission.UTC_NS + place * NS, t_ns, [], mission.DETECTIONS, 1.0), told)
+        reported = ObstacleList(place, place, t_ns, mission.UTC_NS + place * NS, t_ns, True, [], listed, made_ns=t_ns)
+        collecting.add(Found(place, t_ns, mission.UTC_NS + place * NS, t_ns, [], mission.DETECTIONS, 1.0), reported)
     return collecting.result(Beside([mission.POSE], {}, AT_ORIGIN, ()), Counter())
 
 
@@ -64,11 +64,11 @@ def test_a_curve_is_interrupted_where_the_lists_left_the_object_out() -> None:
     assert curve.y.tolist() == pytest.approx([11.0, np.nan, 16.0, 17.0], nan_ok=True)
 
 
-def test_strips_are_of_those_told_of_most_often() -> None:
+def test_strips_are_of_those_reported_of_most_often() -> None:
     many = tracked({i: dict.fromkeys(range(1 + i % 5), "active") for i in range(1, 30)})
     strips = observer_times.strips(many, 5)
     assert len(strips) == observer_times.MOST_STRIPS
-    assert "5" in [strip.id for strip in strips]  # told of once, but marked
+    assert "5" in [strip.id for strip in strips]  # reported of once, but marked
     assert [int(strip.id) for strip in strips] == sorted(int(strip.id) for strip in strips)
 
 

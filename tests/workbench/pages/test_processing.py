@@ -176,7 +176,7 @@ async def test_stages_are_added_moved_bypassed_and_removed(user: User, session: 
     assert session.history.undoes == "detect by detect.one_level"
 
 
-async def test_b_is_kept_and_its_difference_is_told(user: User, session: Session) -> None:
+async def test_b_is_kept_and_its_difference_is_reported(user: User, session: Session) -> None:
     await until(lambda: frame(user))
     user.find(marker="keep as B").click()
     assert session.state.other == session.state.tuning
@@ -239,7 +239,7 @@ async def test_the_timeline_shows_another_ping(user: User, session: Session) -> 
     await until(lambda: widget(user, "ping").place == 0)
 
 
-async def test_pictures_of_a_timeline_that_is_dragged_cost_no_message_and_all_is_told_at_the_end(
+async def test_pictures_of_a_timeline_that_is_dragged_cost_no_message_and_all_is_reported_at_the_end(
     user: User, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await user.should_see(marker="mark gap 2", retries=5000)
@@ -252,7 +252,7 @@ async def test_pictures_of_a_timeline_that_is_dragged_cost_no_message_and_all_is
     for place in (0, 2, 1, 2, 0, 2) * 3:
         scrub(user, place)
         await until(partial(shows, user, place))
-    await asyncio.sleep(2.0 * processing_work.REST_S)  # the cost would be told by now
+    await asyncio.sleep(2.0 * processing_work.REST_S)  # the cost would be reported by now
     assert sent == []
     scrub(user, 2, held=False)
     await user.should_see("ping 2 of 3", retries=50)

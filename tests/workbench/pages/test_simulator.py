@@ -191,7 +191,7 @@ async def test_each_effect_has_its_switch(session: Session) -> None:
         await until(lambda: one(user, "effect sea_bed.rough").value == is_on(scene(session), EFFECTS[-1]))
 
 
-async def test_a_scene_that_cannot_be_is_told_over_the_image(session: Session) -> None:
+async def test_a_scene_that_cannot_be_is_reported_over_the_image(session: Session) -> None:
     async with visiting(session, simulator.build) as user:
         await until(lambda: layer(user, "scene"))
         session.do(do.SetScene("sea_bed.depth_m", 2.0))

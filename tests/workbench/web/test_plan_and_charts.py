@@ -35,11 +35,11 @@ def on_a_page(test: Callable[[], None]) -> None:
     asyncio.run(run())
 
 
-def emit(element: Element, event: str, told: dict[str, object]) -> None:
+def emit(element: Element, event: str, reported: dict[str, object]) -> None:
     """Do as the page's script does."""
     for listener in element._event_listeners.values():
         if listener.type == event:
-            handle_event(listener.handler, GenericEventArguments(sender=element, client=element.client, args=told))
+            handle_event(listener.handler, GenericEventArguments(sender=element, client=element.client, args=reported))
 
 
 def test_layers_are_what_the_script_can_read() -> None:
@@ -58,16 +58,16 @@ def test_layers_are_what_the_script_can_read() -> None:
     on_a_page(test)
 
 
-def test_events_are_told_as_clicks_drags_and_places() -> None:
-    told: list[object] = []
+def test_events_are_reported_as_clicks_drags_and_places() -> None:
+    reported: list[object] = []
 
     def test() -> None:
         plan, chart = PlanView(), ChartView()
-        plan.on_pick(told.append)
-        plan.on_drag(told.append)
-        chart.on_pick(told.append)
-        chart.on_mark(told.append)
-        chart.on_drag(lambda *line: told.append(line))
+        plan.on_pick(reported.append)
+        plan.on_drag(reported.append)
+        chart.on_pick(reported.append)
+        chart.on_mark(reported.append)
+        chart.on_drag(lambda *line: reported.append(line))
         emit(plan, "pick", {"id": None, "north": 1, "east": 2.5})
         emit(plan, "drag", {"id": "w0", "north": 3.0, "east": 4.0, "done": True})
         emit(chart, "pick", {"x": 12})
@@ -76,7 +76,7 @@ def test_events_are_told_as_clicks_drags_and_places() -> None:
         assert chart._props["picks"]
 
     on_a_page(test)
-    assert told == [Pick(None, (1.0, 2.5)), Drag("w0", (3.0, 4.0), True), 12.0, "3", ("high", 5.0)]
+    assert reported == [Pick(None, (1.0, 2.5)), Drag("w0", (3.0, 4.0), True), 12.0, "3", ("high", 5.0)]
 
 
 def test_panels_and_strips_are_what_the_script_can_read() -> None:
@@ -86,17 +86,19 @@ def test_panels_and_strips_are_what_the_script_can_read() -> None:
         band = Band("uncertainty", "within", x, gap - 1.0, gap + 1.0)
         curves = [Curve("active", "tracked", x, gap), Curve("first", "level", Even(0.5, 0.25), np.arange(4))]
         chart.show(Axis("time, s", 0.0, 9.0), [Panel(Axis("x, m"), curves, [band])], columns=2)
-        told = json.loads(chart._props["shown"])
-        assert (told["x"]["low"], told["x"]["high"], told["columns"]) == (0.0, 9.0, 2)
-        first, second = told["panels"][0]["curves"]
+        reported = json.loads(chart._props["shown"])
+        assert (reported["x"]["low"], reported["x"]["high"], reported["columns"]) == (0.0, 9.0, 2)
+        first, second = reported["panels"][0]["curves"]
         assert numbers(first["x"]) == [0.0, 1.0]
         assert numbers(first["y"]) == [2.0, pytest.approx(np.nan, nan_ok=True)]
         assert (second["x"], numbers(second["y"])) == ({"x0": 0.5, "dx": 0.25}, [0.0, 1.0, 2.0, 3.0])
-        assert numbers(told["panels"][0]["bands"][0]["high"])[0] == 3.0
+        assert numbers(reported["panels"][0]["bands"][0]["high"])[0] == 3.0
         chart.show(Axis("time, s", 0.0, 9.0), [], [Strip("1", "object 1", [("active", 0.0, 9.0)])])
-        told = json.loads(chart._props["shown"])
-        assert told["panels"] == []
-        assert told["strips"] == [{"id": "1", "label": "object 1", "spans": [["active", 0.0, 9.0]], "marked": False}]
+        reported = json.loads(chart._props["shown"])
+        assert reported["panels"] == []
+        assert reported["strips"] == [
+            {"id": "1", "label": "object 1", "spans": [["active", 0.0, 9.0]], "marked": False}
+        ]
 
     on_a_page(test)
 

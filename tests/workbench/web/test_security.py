@@ -73,14 +73,14 @@ def test_a_link_is_good_for_one_browser(browser: httpx.Client, server: Serving) 
 
 def test_the_cookie_is_for_this_server_only(server: Serving) -> None:
     link = server.line().partition(": ")[2].strip()
-    told = httpx.get(link, trust_env=False).headers["set-cookie"]
+    reported = httpx.get(link, trust_env=False).headers["set-cookie"]
     server.line()
-    assert "HttpOnly" in told
-    assert "SameSite=strict" in told
-    assert server.origin.rpartition(":")[2] in told.partition("=")[0]  # two workbenches of one machine do not mix
+    assert "HttpOnly" in reported
+    assert "SameSite=strict" in reported
+    assert server.origin.rpartition(":")[2] in reported.partition("=")[0]  # two workbenches of one machine do not mix
 
 
-def test_the_browser_is_told_to_fetch_from_nowhere_else(browser: httpx.Client) -> None:
+def test_the_browser_is_reported_to_fetch_from_nowhere_else(browser: httpx.Client) -> None:
     page = browser.get("/")
     assert page.headers["content-security-policy"].startswith("default-src 'self'; ")
     assert "frame-ancestors 'none'" in page.headers["content-security-policy"]
@@ -154,8 +154,8 @@ def test_it_listens_on_this_machine_only_and_writes_nothing_here(browser: httpx.
 def test_a_port_that_is_none_is_one_line(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["workbench", "--no-browser", "--port", port])
-    told = f"argument --port: {port!r} is not a port: 0 to 65535 (see ods workbench --help)"
-    assert capsys.readouterr().err == f"ods workbench: {told}\n"
+    reported = f"argument --port: {port!r} is not a port: 0 to 65535 (see ods workbench --help)"
+    assert capsys.readouterr().err == f"ods workbench: {reported}\n"
 
 
 def test_a_port_that_is_taken_is_one_line(server: Serving, capsys: pytest.CaptureFixture[str]) -> None:

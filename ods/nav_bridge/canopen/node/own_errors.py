@@ -41,7 +41,7 @@ class OwnErrors:
         self._inhibit_ns = inhibit_ns
         self._due_ns = 0
         self._active: Set[Fault] = frozenset()
-        self._told: Set[Fault] = frozenset()
+        self._sent: Set[Fault] = frozenset()
         self._in_error = False
 
     @property
@@ -56,12 +56,12 @@ class OwnErrors:
         """Take the faults there are now; send one message if one is due. One not sent yet is not forgotten."""
         self.history = [*sorted(active - self._active, reverse=True), *self.history][:HISTORY_LENGTH]
         self._active = frozenset(active)
-        self._told &= self._active
+        self._sent &= self._active
         if not may_send or now_ns < self._due_ns:
             return
-        new = sorted(self._active - self._told)
+        new = sorted(self._active - self._sent)
         if new:
-            self._told |= {new[0]}
+            self._sent |= {new[0]}
         elif self._active or not self._in_error:
             return
         self._in_error = bool(self._active)

@@ -163,7 +163,7 @@ class Ping360End:
     def _answer(self, message: bytes) -> bytes:
         kind = messages.unpack_header(message).kind
         if kind == Kind.GENERAL_REQUEST:
-            return self._told(messages.decode_id(message))
+            return self._requested(messages.decode_id(message))
         if kind == Kind.MOTOR_OFF:
             self._asked = None
         elif kind == Kind.AUTO_TRANSMIT:
@@ -175,7 +175,7 @@ class Ping360End:
             return _refusal(kind, b"unknown message")
         return messages.pack(Kind.ACK, kind.to_bytes(2, "little"), PING360)
 
-    def _told(self, wanted: int) -> bytes:
+    def _requested(self, wanted: int) -> bytes:
         if wanted == Kind.DEVICE_INFORMATION:
             return messages.pack(wanted, bytes([PING360, MODE, *FIRMWARE, 0]), PING360)
         if wanted == Kind.PROTOCOL_VERSION:

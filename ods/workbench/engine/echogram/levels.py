@@ -56,12 +56,12 @@ def title_of(echogram: Echogram, beam: int | None) -> str:
 
 
 def read_echogram(
-    data: Data, beam: int | None = None, tell: Callable[[Echogram], bool] = lambda _: True
+    data: Data, beam: int | None = None, report: Callable[[Echogram], bool] = lambda _: True
 ) -> Echogram | None:
     """Return the echogram of one beam, or of the highest level over all beams; None: given up. It reads all pings,
     which lasts: not for the page's process.
 
-    tell: gets what there is until now, from time to time; returns whether to go on.
+    report: gets what there is until now, from time to time; returns whether to go on.
     """
     filling = Filling(len(data.pings), beam)
     shown_s = time.monotonic()
@@ -69,7 +69,7 @@ def read_echogram(
         with contextlib.suppress(OdsError):  # one that cannot be read is an empty column
             filling.add(place, data.pings[place])
         if time.monotonic() - shown_s > SHOW_S:
-            if not tell(filling.result()):
+            if not report(filling.result()):
                 return None
             shown_s = time.monotonic()
     return filling.result()

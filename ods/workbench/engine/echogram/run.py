@@ -29,9 +29,9 @@ def wanted(state: State) -> Wanted:
     return Wanted(state.data, scene, state.view.echogram_beam)
 
 
-def read(tell: Callable[[Echogram], bool], wish: Wanted, folders: Sequence[Path]) -> Echogram | None:
+def read(report: Callable[[Echogram], bool], wish: Wanted, folders: Sequence[Path]) -> Echogram | None:
     """Return an echogram; None: given up. Raises OdsError. folders: that files may be read from."""
-    return read_echogram(open_data(wish.reference, wish.scene, folders), wish.beam, tell)
+    return read_echogram(open_data(wish.reference, wish.scene, folders), wish.beam, report)
 
 
 class EchogramRun:
@@ -84,11 +84,11 @@ class EchogramRun:
         self._newest.close()
 
     def _read(self, wish: Wanted) -> Echogram | None:
-        def tell(part: Echogram) -> bool:
+        def report(part: Echogram) -> bool:
             self._show(wish, part)
             return not self._newest.overtaken
 
-        return self._process(tell, wish, self._folders)
+        return self._process(report, wish, self._folders)
 
     def _show(self, wish: Wanted, part: Echogram) -> None:
         self.result, self.result_of = part, wish

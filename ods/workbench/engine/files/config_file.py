@@ -78,14 +78,14 @@ def saving(loaded: ConfigFile, tuning: Tuning) -> Saving:
 
     Raises OdsError.
     """
-    changes = differences(loaded.config, _told_as_loaded(loaded.config, tuning.mission()))
+    changes = differences(loaded.config, _spelled_as_loaded(loaded.config, tuning.mission()))
     try:
         return Saving(changes, changed_text(loaded.text, changes))
     except ValueError as error:
         raise OdsError(f"{loaded.path}: {error}") from error
 
 
-def _told_as_loaded(loaded: MissionSettings, settings: MissionSettings) -> MissionSettings:
+def _spelled_as_loaded(loaded: MissionSettings, settings: MissionSettings) -> MissionSettings:
     """Return settings with the default chain left to be the default, where it stands in full but unchanged."""
     pipeline = settings.pipeline
     if loaded.pipeline.stage or pipeline.stage != loaded.pipeline.chain():

@@ -106,13 +106,13 @@ class Rerun:
     def _run(self, wish: Wanted) -> Tracked | None:
         """Return what came of a mission; None: given up."""
 
-        def tell(progress: Progress) -> bool:
+        def report(progress: Progress) -> bool:
             if wish == self.asked:
                 self.progress = progress
                 self._listeners.notify()
             return not self._newest.overtaken
 
-        return self._process(tell, wish)
+        return self._process(report, wish)
 
 
 class MissionRuns:
@@ -123,16 +123,16 @@ class MissionRuns:
         self._folders = folders
         self._kept: _Detections | None = None
 
-    def __call__(self, tell: Callable[[Progress], bool], wish: Wanted) -> Tracked | None:
+    def __call__(self, report: Callable[[Progress], bool], wish: Wanted) -> Tracked | None:
         """Return what came of a mission; None: given up. Raises RerunError, OdsError."""
         detections = self._detections(wish)
         tracking, collecting = Tracking(wish.settings), Collecting()
-        told_s = 0.0
+        reported_s = 0.0
         for found in detections:
             collecting.add(found, tracking.list_of(found))
-            if (now_s := time.monotonic()) - told_s >= PROGRESS_S:
-                told_s, done = now_s, len(collecting)
-                if not tell(Progress(done, len(detections), done == len(detections.found))):
+            if (now_s := time.monotonic()) - reported_s >= PROGRESS_S:
+                reported_s, done = now_s, len(collecting)
+                if not report(Progress(done, len(detections), done == len(detections.found))):
                     return None
         data = detections.data
         counters = detections.counters + tracking.counters

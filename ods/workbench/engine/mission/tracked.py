@@ -244,10 +244,10 @@ class Collecting:
 
 
 def _tells_heights(found: Found) -> bool:
-    told = found.detections
-    if told is None:
+    message = found.detections
+    if message is None:
         return False
-    return told.sector.plane_half_rad > 0.0 or any(each.sigma_elevation_rad > 0.0 for each in told.detections)
+    return message.sector.plane_half_rad > 0.0 or any(each.sigma_elevation_rad > 0.0 for each in message.detections)
 
 
 def _way(poses: Sequence[Pose], t_ns: Ints) -> list[Pose]:

@@ -99,9 +99,9 @@ class SceneDialog:
         return shapes
 
     def _tracks(self, result: Tracked, place: int) -> list[Object3D]:
-        told = result.list_at(place)
+        newest = result.list_at(place)
         shapes: list[Object3D] = []
-        for item in () if told is None else told.obstacles:
+        for item in () if newest is None else newest.obstacles:
             x, y, z = _xyz(item.position_ned)
             colour, two_sigmas = COLOURS[item.state], 2.0 * item.sigma_position[2]
             shapes.append(self._scene.sphere(item.radius_m, 24, 14).material(colour, 0.55).move(x, y, z))

@@ -50,7 +50,7 @@ class LiveTables:
         Doctor(session, self._live.run_dir)
 
     def show(self, now_ns: int) -> None:
-        """Show what was heard until now."""
+        """Show what was received until now."""
         live = self._live
         self._processes.rows = [
             _process(process.name, live.health.get(process.name), live.health_age_s(process.name, now_ns))
@@ -102,13 +102,13 @@ class Doctor:
         self._findings.set_visibility(True)
 
 
-def veto_shapes(told: ObstacleList) -> list[Shape]:
+def veto_shapes(reported: ObstacleList) -> list[Shape]:
     """Return where the vetoes of a list hold."""
     return [
         Area(veto.region.corners_ne, "veto", f"veto {veto.number}", dashed=True)
         if veto.region.centre_ne is None
         else Circle(veto.region.centre_ne, veto.region.radius_m, "veto", f"veto {veto.number}", dashed=True)
-        for veto in told.vetoes
+        for veto in reported.vetoes
     ]
 
 
@@ -121,7 +121,7 @@ def _wrapped(title: str, columns: list[tuple[str, str]], coloured: str = "state"
     return built
 
 
-def _veto_rows(told: ObstacleList) -> list[dict[str, object]]:
+def _veto_rows(reported: ObstacleList) -> list[dict[str, object]]:
     return [
         {
             "number": veto.number,
@@ -131,7 +131,7 @@ def _veto_rows(told: ObstacleList) -> list[dict[str, object]]:
             "why": veto.reason,
             "until": f"{datetime.fromtimestamp(veto.until_utc_ns / NS, UTC):%H:%M:%S} UTC, {_left(veto.left_s)}",
         }
-        for veto in vetoes(told)
+        for veto in vetoes(reported)
     ]
 
 

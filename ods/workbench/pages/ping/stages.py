@@ -117,14 +117,14 @@ class StageList:
             place, _, name = path.partition(".")
             table = {"attention": image["attention"], "image": image}.get(place) or chain[int(place)]
             row.show(table.get(name, row.default))
-        self._columns.set_text(self._told_columns(state))
+        self._columns.set_text(self._columns_text(state))
 
     def _chain(self, state: State) -> Sequence[StageTable]:
         """Return the stages with the numbers that they run by."""
         tuning = state.tuning
         return tuning.config.pipeline.chain() if self._dr_m is None else numbered(tuning, self._dr_m)
 
-    def _told_columns(self, state: State) -> str:
+    def _columns_text(self, state: State) -> str:
         if self._dr_m is None or not follows(state.tuning):
             return ""
         count = columns(state.tuning, self._dr_m).subsample
@@ -141,7 +141,7 @@ class StageList:
             self._counts.classes("sticky bottom-0 z-10 backdrop-blur-md")
             self._fold("image", "image", "opacity-90", self._image)
             self._fold("attention", "focus of attention", "opacity-90", self._attention)
-        self._columns.set_text(self._told_columns(state))
+        self._columns.set_text(self._columns_text(state))
 
     def _fold(self, key: str, title: str, classes: str, build: Callable[[], None]) -> ui.expansion:
         """Build a group that is filled when it is unfolded first: the browser goes through all that is there at each

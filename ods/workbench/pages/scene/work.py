@@ -68,8 +68,8 @@ class _Rehearsal:
             self._stop.set_visibility(False)
         self._bar = ui.linear_progress(value=0.0, show_value=False).props("instant-feedback")
         self._bar.set_visibility(False)
-        self._told = ui.label("Simulates, detects, tracks and scores the whole mission with configuration A.")
-        self._told.classes("text-xs opacity-70").mark("rehearsed")
+        self._summary = ui.label("Simulates, detects, tracks and scores the whole mission with configuration A.")
+        self._summary.classes("text-xs opacity-70").mark("rehearsed")
         self._table = ui.table(columns=COLUMNS, rows=[], row_key="object").props("dense flat").classes("w-full")
         self._table.set_visibility(False)
         ui.label("With the real processes: save the scene, then ods bench --scene FILE.").classes("text-xs opacity-70")
@@ -107,7 +107,7 @@ class _Rehearsal:
         self._bar.set_value(0.0)
 
     def _show(self, result: Rehearsal) -> None:
-        self._told.set_text(
+        self._summary.set_text(
             f"{len(result.record.lists)} pings in {result.took_s:.1f} s: {result.detections} detections, "
             f"{result.false_tracks} false tracks, position rms {result.position_rms_m:.2f} m. "
             f"A ping's chain {result.chain_ms:.1f} ms, tracker {result.tracker_ms:.2f} ms."

@@ -1,9 +1,9 @@
 // A chart as the page describes it (ods/workbench/web/chart_view.py): its numbers read, and what of them is where.
 
 // Numbers come as the base64 of float32, or {x0, dx} for even steps.
-function numbers(told, count) {
-  if (typeof told !== "string") return Float32Array.from({ length: count }, (_, place) => told.x0 + place * told.dx);
-  const letters = atob(told);
+function numbers(given, count) {
+  if (typeof given !== "string") return Float32Array.from({ length: count }, (_, place) => given.x0 + place * given.dx);
+  const letters = atob(given);
   const bytes = new Uint8Array(letters.length);
   for (let k = 0; k < letters.length; k++) bytes[k] = letters.charCodeAt(k);
   return new Float32Array(bytes.buffer);

@@ -1,7 +1,7 @@
 // What the views of the page share: colours by role, ticks, sharp canvases, labels that keep apart.
 import { withKeys } from "./keys.js";
 
-// Okabe and Ito's colours, which colour-blind eyes tell apart; [on dark, on light].
+// Okabe and Ito's colours, which colour-blind eyes distinguish; [on dark, on light].
 const ROLES = {
   vehicle: { colours: ["#e6edf3", "#1f2328"], label: "vehicle", width: 2 },
   truth: { colours: ["#ff8c42", "#c24a00"], label: "true object", dash: [5, 4] },
@@ -52,7 +52,7 @@ export function styleOf(role) {
 
 const STATES = ["tentative", "active", "stand_by", "hibernated", "terminated"];
 
-// What a role is called beside others: tracks are told from true objects.
+// What a role is called beside others: tracks are distinguished from true objects.
 export const legendOf = (role) => (STATES.includes(role) ? `track: ${styleOf(role).label}` : styleOf(role).label);
 
 // Clears a canvas of the size of its box, in CSS pixels; null while it is not shown.
@@ -201,7 +201,7 @@ export function saveAs(title, ending, text, type) {
   setTimeout(() => URL.revokeObjectURL(address), 10000);
 }
 
-// Puts a button into the corner of a view that sends its canvases as one picture to the browser's downloads; `title` tells
+// Puts a button into the corner of a view that sends its canvases as one picture to the browser's downloads; `title` shows
 // what it is called.
 export function withPicture(element, title) {
   const save = () => download(title(), "png", pictureOf(element).toDataURL());
@@ -223,14 +223,14 @@ function pictureOf(element) {
   return whole;
 }
 
-// A component that draws on one canvas: mix this in, have `draw()`, and say what the canvas listens to in `heard`.
+// A component that draws on one canvas: mix this in, have `draw()`, and say what the canvas listens to in `listeners`.
 export const onCanvas = {
   mounted() {
     this.unwatch = watch(this.$el, () => this.draw());
     withPicture(this.$el, () => this.now.title ?? this.$options.name ?? "");
     withKeys(this.$el, this.$refs.canvas, this.now.title || "a chart");
-    for (const [name, hear] of Object.entries(this.heard()))
-      this.$refs.canvas.addEventListener(name, hear, { passive: name !== "wheel" });
+    for (const [name, listener] of Object.entries(this.listeners()))
+      this.$refs.canvas.addEventListener(name, listener, { passive: name !== "wheel" });
     this.draw();
   },
   beforeUnmount() {

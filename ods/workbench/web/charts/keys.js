@@ -27,7 +27,7 @@ document.addEventListener("keydown", (event) => {
   seen[(seen.indexOf(document.activeElement) + step) % seen.length]?.focus();
 });
 
-// Lets a view be worked by keys. `canvas` hears the pointer.
+// Lets a view be worked by keys. `canvas` listeners the pointer.
 export function withKeys(view, canvas, name) {
   const cross = crossIn(view);
   let at = null; // the cross, px from the canvas's corner; null: keys are the page's

@@ -208,7 +208,7 @@ function bandSeries({ role, label, x, low, high }) {
   };
 }
 
-// What can be dragged is told by a whole, strong line. Names of two lines across stand on sides that are away from each other.
+// What can be dragged is shown by a whole, strong line. Names of two lines across stand on sides that are away from each other.
 function marks(lines) {
   const data = lines.map(({ name, axis: across, value, role, draggable }) => {
     const isLow = name === "low";
@@ -232,7 +232,7 @@ const stripAxis = (strips, gridIndex) => ({
   axisLabel: { ...FONT, color: ink(), interval: 0, margin: 8, width: LABEL.most - 12, overflow: "truncate" },
 });
 
-// A state is told by its pattern, too: an outline, or half height.
+// A state is shown by its pattern, too: an outline, or half height.
 function stripSeries(strips, place) {
   const spans = strips.flatMap((strip, row) => strip.spans.map(([role, from, to]) => ({ role, at: [from, row, to] })));
   return STATES.map((role) => {

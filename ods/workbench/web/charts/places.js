@@ -107,7 +107,7 @@ function valueAt(share, [low, high], { log }) {
   return log ? low * (high / low) ** share : low + share * (high - low);
 }
 
-// As exactly as a pixel tells.
+// As exactly as a pixel shows.
 function rounded(value, [low, high]) {
   const digits = Math.max(0, 3 - Math.ceil(Math.log10(Math.abs(high - low) || 1)));
   return value.toFixed(Math.min(6, digits));

@@ -87,7 +87,7 @@ export function drawCircle(context, projection, [range_m, bearing_rad, radius_m,
   if (sign) drawSign(context, projection, [range_m, bearing_rad, radius_m], sign, colour);
 }
 
-// Above the circle, as large at every scale: what is told by colour is told by shape, too.
+// Above the circle, as large at every scale: what is shown by colour is shown by shape, too.
 function drawSign(context, projection, [range_m, bearing_rad, radius_m], sign, colour) {
   const [x, y] = projection.toCanvas(range_m, bearing_rad);
   const [, top] = projection.toCanvas(range_m + radius_m, bearing_rad);

@@ -39,7 +39,7 @@ export const pointing = (measure) => ({
       const [range_m, bearing_rad] = this.project().projection.toPlace(x, y);
       return { range_m, bearing_rad };
     },
-    heard() {
+    listeners() {
       return {
         pointermove: (event) => this.moved(event),
         pointerdown: (event) => this.pressed(event),

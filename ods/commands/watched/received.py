@@ -18,7 +18,7 @@ LOOK_S = 2.5
 
 
 @dataclass
-class Heard:
+class Received:
     """The newest of each."""
 
     newest: ObstacleList | None = None
@@ -40,7 +40,7 @@ class Heard:
         return self.newest is None or age_s(self.newest, now_ns) > bus.TOPICS["obstacles"].stale_s
 
     def complete(self) -> bool:
-        """Return whether everything that runs on every vehicle was heard."""
+        """Return whether everything that runs on every vehicle was received."""
         names = {process.name for process in on_board()}
         return self.newest is not None and self.clear is not None and names <= self.health.keys()
 
@@ -50,19 +50,19 @@ def age_s(newest: ObstacleList, now_ns: int) -> float:
     return (now_ns - (newest.made_ns or newest.t_ns)) / clock.NS
 
 
-def listen(run_dir: Path) -> Iterator[Heard]:
-    """Yield what has been heard, at every message or REFRESH_S, without end. Raises RunDirError."""
+def listen(run_dir: Path) -> Iterator[Received]:
+    """Yield what has been received, at every message or REFRESH_S, without end. Raises RunDirError."""
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     names = [*(process.name for process in may_be_on_board()), SUPERVISOR]
-    heard = Heard()
+    received = Received()
     with bus.Subscriber(context, run_dir, ["obstacles", "clearance"], names) as subscriber:
         while True:
             for _, message in subscriber.receive(REFRESH_S)[0]:
-                heard.take(message)
-            yield heard
+                received.take(message)
+            yield received
 
 
-def one_look(run_dir: Path) -> Heard:
-    """Return what is heard until it is complete, LOOK_S at most. Raises RunDirError."""
+def one_look(run_dir: Path) -> Received:
+    """Return what is received until it is complete, LOOK_S at most. Raises RunDirError."""
     stop_ns = clock.monotonic_ns() + round(LOOK_S * clock.NS)
-    return next(heard for heard in listen(run_dir) if heard.complete() or clock.monotonic_ns() >= stop_ns)
+    return next(received for received in listen(run_dir) if received.complete() or clock.monotonic_ns() >= stop_ns)
