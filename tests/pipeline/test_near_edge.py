@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from benchmarks import circles
+from benchmarks.circles import synthetic as circles
 from ods.base.arrays import Floats, Floats32, Ints
 from ods.messages import Detection
 from ods.pipeline.chain import Chain

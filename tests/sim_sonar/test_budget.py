@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import uniform_filter
 
-from benchmarks.simulator_budget import HERE as LEVEL, SEABAT as SEABAT_FILE, error_of, scene_of, summed
+from benchmarks.simulator.budget import HERE as LEVEL, SEABAT as SEABAT_FILE, error_of, scene_of, summed
 from ods.base.arrays import Floats
 from ods.sim_sonar.echo.bodies import BODY, CYLINDER, PLANE, SPHERE
 from ods.sim_sonar.echo.detail import LEVEL_ERRORS

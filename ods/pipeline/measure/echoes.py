@@ -53,7 +53,7 @@ EchoTable = NDArray[np.void]
 """(regions,) of ECHO."""
 
 LAWS = Path(__file__).with_name("laws.npz")
-"""Of the standard deviations of circles (sigmas.h), by `python -m benchmarks.circle_laws`."""
+"""Of the standard deviations of circles (sigmas.h), by `python -m benchmarks.circles.laws`."""
 with np.load(LAWS) as _arrays:
     _LAWS = tuple(_arrays[name] for name in ("sigmas_hidden", "sigmas_out", "range_hidden", "range_out"))
 NO_ECHOES: EchoTable = np.empty(0, ECHO)

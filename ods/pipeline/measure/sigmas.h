@@ -1,7 +1,7 @@
 /* How well an echo's circle is known: standard deviations as fitted to known bodies' errors.
 
    A law is a smooth function of two layers, the first of which saturates: beyond what it was fitted to it stays finite.
-   benchmarks/circle_laws.py fits them: one of near edge, radius and place across, one of the range. */
+   benchmarks/circles/laws.py fits them: one of near edge, radius and place across, one of the range. */
 
 #ifndef ODS_SIGMAS_H
 #define ODS_SIGMAS_H
