@@ -9,8 +9,8 @@ from benchmarks.circles.synthetic import Look
 from ods.base.arrays import Image
 from ods.messages import Detection
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
+from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.measure.echoes import EchoTable, measure
 from ods.pipeline.measure.features import Features
 from ods.pipeline.prepared import prepared_chain

@@ -22,8 +22,8 @@ from ods.assess.images.tank import tank_images
 from ods.assess.sea.assessment import shipped_scenes
 from ods.base.arrays import Floats, Image
 from ods.messages import Ping, frame_of
-from ods.pipeline.image.amplitude import sample_scale
-from ods.pipeline.image.threshold import amplitudes_of
+from ods.pipeline.image.missing.threshold import amplitudes_of
+from ods.pipeline.image.samples.amplitude import sample_scale
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.image import ImageSimulator

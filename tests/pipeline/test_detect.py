@@ -10,9 +10,9 @@ from ods.pipeline.detect.levels import two_level
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.no_data import ALL_DATA
-from ods.pipeline.image.recorded import Recorded, paint
+from ods.pipeline.image.missing.no_data import ALL_DATA
 from ods.pipeline.image.regions import Regions
+from ods.pipeline.image.samples.recorded import Recorded, paint
 from ods.pipeline.stage.params import NotANumberError, TwoLevelParams
 
 

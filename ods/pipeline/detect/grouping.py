@@ -11,8 +11,8 @@ from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_f
 from ods.pipeline.detect.rise import NO_RISE, Rise, levelled
 from ods.pipeline.detect.split import split_regions
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Judged, Regions, Runs, chosen_runs
+from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.stage.params import GroupParams, NotANumberError
 
 

@@ -10,8 +10,8 @@ from ods.pipeline.detect.rise import Rise
 from ods.pipeline.detect.tail import TailQuantile
 from ods.pipeline.fronts.windows import can_be_judged
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
+from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.stage.params import OneLevelParams, TwoLevelParams
 from ods.pipeline.stage.registry import detect_stage
 from ods.pipeline.stage.step import PreparedDetector

@@ -1,8 +1,8 @@
 /* Echoes that reach the strongest of the recorded samples (grouping.py). */
 
 #include "ods/pipeline/detect/inside.h"
-#include "ods/pipeline/image/looked_at.h"
-#include "ods/pipeline/image/recorded.h"
+#include "ods/pipeline/image/samples/looked_at.h"
+#include "ods/pipeline/image/samples/recorded.h"
 
 /* Samples that the strongest share is measured on. */
 #define LOOKED_AT 4096

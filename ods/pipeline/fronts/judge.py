@@ -5,7 +5,7 @@ import numpy as np
 from ods.base.arrays import AnyArray, Floats
 from ods.pipeline.fronts.network import learnt
 from ods.pipeline.fronts.windows import Windows
-from ods.pipeline.image.amplitude import SampleScale
+from ods.pipeline.image.samples.amplitude import SampleScale
 from ods.pipeline.image_layout import ImageLayout
 
 LEAST_FRONT = 0.12

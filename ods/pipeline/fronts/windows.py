@@ -6,8 +6,8 @@ import numpy as np
 
 from ods.base.arrays import AnyArray, Floats, Floats32, Ints
 from ods.compiled import native
-from ods.pipeline.image.amplitude import Decimation, SampleScale, to_amplitude
 from ods.pipeline.image.fan import Fan
+from ods.pipeline.image.samples.amplitude import Decimation, SampleScale, to_amplitude
 from ods.pipeline.image_layout import ImageLayout
 
 CELL_M, LONGEST_CELL = 0.1, 1.34

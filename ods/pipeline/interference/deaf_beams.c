@@ -2,8 +2,8 @@
    deaf_beams.py. */
 
 #include "ods/pipeline/filter/lanes.h"
-#include "ods/pipeline/image/no_data.h"
-#include "ods/pipeline/image/samples.h"
+#include "ods/pipeline/image/missing/no_data.h"
+#include "ods/pipeline/image/samples/samples.h"
 
 /* Parts of the range, */
 #define RINGS 16

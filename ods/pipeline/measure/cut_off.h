@@ -3,7 +3,7 @@
 #ifndef ODS_CUT_OFF_H
 #define ODS_CUT_OFF_H
 
-#include "ods/pipeline/image/recorded.h"
+#include "ods/pipeline/image/samples/recorded.h"
 #include "ods/pipeline/measure/echo.h"
 #include "ods/pipeline/measure/enclosing_circle.h"
 #include "ods/pipeline/measure/region.h"

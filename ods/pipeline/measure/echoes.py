@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from ods.base.arrays import Floats, Image, Mask
 from ods.compiled import native
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
+from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.measure.features import Features
 from ods.pipeline.stage.params import NotANumberError
 

@@ -4,9 +4,9 @@
 #define ODS_RECORDED_H
 
 #include "kernel.h"
-#include "ods/pipeline/image/no_data.h"
+#include "ods/pipeline/image/missing/no_data.h"
 #include "ods/pipeline/image/regions.h"
-#include "ods/pipeline/image/samples.h"
+#include "ods/pipeline/image/samples/samples.h"
 
 /* Column j of the image was made of the `stride` samples from origin[j] on. */
 typedef struct {

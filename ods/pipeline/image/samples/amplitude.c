@@ -1,6 +1,6 @@
 /* Recorded samples to linear amplitude, and columns of an image that are means of several samples. */
 
-#include "ods/pipeline/image/samples.h"
+#include "ods/pipeline/image/samples/samples.h"
 
 /* Columns of an image that are made of a frame's: each of `stride` neighbouring ones, from `first` on (`Decimation` of
    amplitude.py). */

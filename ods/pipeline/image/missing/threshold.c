@@ -1,7 +1,7 @@
 /* What is below a sonar's own threshold: where that is, and speckle in its place. See threshold.py. */
 
-#include "ods/pipeline/image/fill.h"
-#include "ods/pipeline/image/looked_at.h"
+#include "ods/pipeline/image/missing/fill.h"
+#include "ods/pipeline/image/samples/looked_at.h"
 
 /* Of the mean of what passes: the threshold is at least that, as images that are computed have tails without end. */
 #define FAINTEST 1e-3

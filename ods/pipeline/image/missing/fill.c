@@ -9,7 +9,7 @@
    echo does not fall to pieces there. */
 
 #include "ods/pipeline/equalize/by_range.h"
-#include "ods/pipeline/image/fill.h"
+#include "ods/pipeline/image/missing/fill.h"
 
 /* The beams beside, or the level around, weigh as much as so many of them: one crest beside a gap must not be repeated
    in it. */

@@ -1,6 +1,6 @@
 /* Samples without data, in cells of the image that are means of several. */
 
-#include "ods/pipeline/image/recorded.h"
+#include "ods/pipeline/image/samples/recorded.h"
 
 /* To either side; fewer would make cells that lack a sample noisier than the others. */
 #define CELLS_AROUND 4

@@ -5,7 +5,7 @@
    loud just before, or where the other beams are not silent at those ranges. Zeros strewn over a loud image hold no data
    either: speckle is hardly ever that dark. */
 
-#include "ods/pipeline/image/looked_at.h"
+#include "ods/pipeline/image/samples/looked_at.h"
 
 /* Samples at a beam's end that are zero before it is looked at. */
 #define TAIL 16

@@ -13,9 +13,9 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from ods.base.arrays import AnyArray, Floats, Image
 from ods.compiled import native
-from ods.pipeline.image.amplitude import Decimation, SampleScale, mean_offset, to_amplitude
-from ods.pipeline.image.fill import DRAWN
-from ods.pipeline.image.recorded import Recorded
+from ods.pipeline.image.missing.fill import DRAWN
+from ods.pipeline.image.samples.amplitude import Decimation, SampleScale, mean_offset, to_amplitude
+from ods.pipeline.image.samples.recorded import Recorded
 
 AMPLITUDES = SampleScale("linear", 1.0, None)
 """The scale of a filled image."""

@@ -3,8 +3,8 @@
 #ifndef ODS_LOOKED_AT_H
 #define ODS_LOOKED_AT_H
 
-#include "ods/pipeline/image/no_data.h"
-#include "ods/pipeline/image/samples.h"
+#include "ods/pipeline/image/missing/no_data.h"
+#include "ods/pipeline/image/samples/samples.h"
 
 typedef struct {
     const float *values;

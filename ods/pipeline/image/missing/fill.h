@@ -4,7 +4,7 @@
 #define ODS_FILL_H
 
 #include "kernel.h"
-#include "ods/pipeline/image/no_data.h"
+#include "ods/pipeline/image/missing/no_data.h"
 
 /* Samples to either side whose mean fills a gap. */
 #define NEIGHBOURS 4

@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import AnyArray, Ints, Ints32, Mask
 from ods.compiled import native
-from ods.pipeline.image.no_data import ALL_DATA
+from ods.pipeline.image.missing.no_data import ALL_DATA
 from ods.pipeline.image.regions import Regions
 
 RegionNumbers = Ints32
