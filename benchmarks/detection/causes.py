@@ -23,7 +23,7 @@ from ods.messages import Obstacle, ObstacleList, Ping, Pose
 from ods.offline.mission import Mission, MissionSettings
 from ods.offline.source import simulated
 from ods.sim_sonar.by_name import find_sonar
-from ods.sim_sonar.echo.bodies import clearances
+from ods.sim_sonar.echo.bodies.bodies import clearances
 from ods.sim_sonar.receiver.settings import Interference, LoudSpell, SecondWay
 from ods.sim_sonar.scene.motion import VehicleMotion
 from ods.sim_sonar.scene.settings import Oscillation, SceneFile

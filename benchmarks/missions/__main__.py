@@ -17,7 +17,7 @@ from ods.missions.settings import Campaign, WorldSettings
 from ods.offline.mission import Mission, MissionSettings
 from ods.offline.source import Source, simulated
 from ods.sim_sonar.by_name import find_sonar
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.scene.settings import VehiclePath, Waypoint
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sea_bed.settings import Roughness, SeaBed

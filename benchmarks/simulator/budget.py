@@ -16,7 +16,7 @@ from scipy.ndimage import uniform_filter
 from scipy.optimize import brentq
 
 from ods.base.arrays import Floats, Mask
-from ods.sim_sonar.echo.bodies import BODY, CYLINDER, PLANE, SPHERE, Bodies, Body
+from ods.sim_sonar.echo.bodies.bodies import BODY, CYLINDER, PLANE, SPHERE, Bodies, Body
 from ods.sim_sonar.mean_area import Surroundings, mean_area
 from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.sonar.grid import grid_of

@@ -25,7 +25,7 @@ from ods.messages import Ping, frame_of
 from ods.pipeline.image.missing.threshold import amplitudes_of
 from ods.pipeline.image.samples.amplitude import sample_scale
 from ods.sim_sonar.by_name import find_sonar
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.scene.settings import SceneFile, Sphere, VehiclePath

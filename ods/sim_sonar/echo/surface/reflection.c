@@ -1,6 +1,6 @@
 /* How a surface reflects, for Python. */
 
-#include "ods/sim_sonar/echo/reflection.h"
+#include "ods/sim_sonar/echo/surface/reflection.h"
 
 KERNEL_FLOAT(reflectivity, "float cos_alpha, float cd, float cs, float sigma_rad")
 {

@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Mask
 from ods.compiled import native
-from ods.sim_sonar.echo.bodies import Bodies
+from ods.sim_sonar.echo.bodies.bodies import Bodies
 from ods.sim_sonar.sonar.grid import Grid
 
 MAX_CELLS = 720

@@ -1,6 +1,6 @@
 /* What surrounds a sonar that moves and turns while the echoes come back, as it hears it. */
 
-#include "ods/sim_sonar/echo/bodies.h"
+#include "ods/sim_sonar/echo/bodies/bodies.h"
 
 /* Keeps the direction to a plane through the sonar finite. */
 #define LEAST_DISTANCE_M 1e-9

@@ -1,6 +1,6 @@
 /* Planes as Python makes them. */
 
-#include "ods/sim_sonar/echo/flat_surface.h"
+#include "ods/sim_sonar/echo/surface/flat_surface.h"
 
 KERNEL(flat_surface, "float edge_m, float dr_m, float height_m, float cd, float cs, float sigma_rad, "
                      "out f8[samples] weight, out f8[:] nearness")

@@ -11,7 +11,7 @@ import numpy as np
 
 from ods.base.frames.geometry import rotation_matrix
 from ods.compiled import native
-from ods.sim_sonar.echo.bodies import Bodies, middles
+from ods.sim_sonar.echo.bodies.bodies import Bodies, middles
 from ods.sim_sonar.pose import Times, VehiclePose
 
 

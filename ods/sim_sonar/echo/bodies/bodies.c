@@ -1,6 +1,6 @@
 /* Where rays meet bodies, for Python. */
 
-#include "ods/sim_sonar/echo/bodies.h"
+#include "ods/sim_sonar/echo/bodies/bodies.h"
 
 KERNEL_FLOAT(far_m, "")
 {

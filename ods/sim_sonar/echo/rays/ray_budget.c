@@ -1,6 +1,6 @@
 /* How many rays each object needs, and which objects may hide which. */
 
-#include "ods/sim_sonar/echo/silhouette.h"
+#include "ods/sim_sonar/echo/bodies/silhouette.h"
 #include "ods/sim_sonar/sonar/grid.h"
 
 /* Cells across an object, and in its facets' lobe per radian of its width, over the root of the allowed error. */

@@ -8,8 +8,8 @@
 #ifndef ODS_FLAT_SURFACE_H
 #define ODS_FLAT_SURFACE_H
 
-#include "ods/sim_sonar/echo/fan.h"
-#include "ods/sim_sonar/echo/reflection.h"
+#include "ods/sim_sonar/echo/rays/fan.h"
+#include "ods/sim_sonar/echo/surface/reflection.h"
 #include "ods/sim_sonar/sonar/grid.h"
 
 /* Tilt, in radians, that is none. */

@@ -1,8 +1,8 @@
 /* What the rays that have met an object tell of its shadow. */
 
-#include "ods/sim_sonar/echo/shadow.h"
-#include "ods/sim_sonar/echo/bodies.h"
-#include "ods/sim_sonar/echo/ray_budget.h"
+#include "ods/sim_sonar/echo/bodies/shadow.h"
+#include "ods/sim_sonar/echo/bodies/bodies.h"
+#include "ods/sim_sonar/echo/rays/ray_budget.h"
 
 /* Sets `shades`, from `count` on, to those of one more object; returns how many there are then.
 

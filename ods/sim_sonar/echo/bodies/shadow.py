@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ods.base.arrays import Floats
 from ods.compiled import native
-from ods.sim_sonar.echo.ray_budget import RayFan
+from ods.sim_sonar.echo.rays.ray_budget import RayFan
 
 SHADE = np.dtype(
     [

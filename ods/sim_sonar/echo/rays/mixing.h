@@ -3,7 +3,7 @@
 #ifndef ODS_MIXING_H
 #define ODS_MIXING_H
 
-#include "ods/sim_sonar/echo/fan.h"
+#include "ods/sim_sonar/echo/rays/fan.h"
 #include "ods/sim_sonar/sonar/grid.h"
 
 /* Overlap, in beam widths, that is none: columns and beams on one raster must not hang on rounding. */

@@ -6,8 +6,8 @@
 #ifndef ODS_SILHOUETTE_H
 #define ODS_SILHOUETTE_H
 
-#include "ods/sim_sonar/echo/bodies.h"
-#include "ods/sim_sonar/echo/fan.h"
+#include "ods/sim_sonar/echo/bodies/bodies.h"
+#include "ods/sim_sonar/echo/rays/fan.h"
 
 /* Marks of one body, at most. */
 #define MOST_MARKS 4
