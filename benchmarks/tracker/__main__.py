@@ -26,8 +26,8 @@ from ods.plots.style import SERIES, STRONG, add_style, drawn_in
 from ods.pose.buffer import PoseBuffer
 from ods.tracker import scenario
 from ods.tracker.map.map_object import MapObject
-from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
+from ods.tracker.measurement.pose import motion_during_reception
 from ods.tracker.measurement.scan import Scan, echoes_of
 from ods.tracker.observer.registry import OBSERVERS, make_observer
 from ods.tracker.settings import MotionSettings, TrackerSettings

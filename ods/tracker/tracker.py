@@ -14,7 +14,7 @@ from ods.tracker.existence.evidence import ClutterStatistics
 from ods.tracker.life.judgement import judge
 from ods.tracker.life.management import Outcome, TrackManager
 from ods.tracker.map.map_object import MapObject
-from ods.tracker.measurement.pose_noise import PoseNoise
+from ods.tracker.measurement.pose.pose_noise import PoseNoise
 from ods.tracker.measurement.scan import Scan
 from ods.tracker.observer.registry import make_observer
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of, snapshot_of_map

@@ -15,7 +15,7 @@ from ods.tracker.association.clutter import ClutterDensity
 from ods.tracker.association.gating import Detectability, Hypotheses, hypotheses
 from ods.tracker.association.gnn import best_pairs
 from ods.tracker.association.match import shown
-from ods.tracker.measurement.field_of_view import FieldOfView
+from ods.tracker.measurement.coverage.field_of_view import FieldOfView
 from ods.tracker.measurement.model import predicted_measurement
 from ods.tracker.measurement.scan import vehicle_at
 from ods.tracker.observer.belief import Belief, Estimate

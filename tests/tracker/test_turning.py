@@ -20,7 +20,7 @@ from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sea_bed.settings import SeaBed
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.tracker.existence.lifecycle import ACTIVE
-from ods.tracker.measurement import motion_during_reception
+from ods.tracker.measurement.pose import motion_during_reception
 from ods.tracker.measurement.scan import Scan, echo_table_of, echoes_of, vehicle_at
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker

@@ -1,7 +1,7 @@
 /* Which echoes may be whose, and how well each pair inside the statistical gate explains the image (gating.py). */
 
 #include "ods/tracker/association/gating.h"
-#include "ods/tracker/measurement/cut_off.h"
+#include "ods/tracker/measurement/coverage/cut_off.h"
 #include "ods/tracker/measurement/model.h"
 
 /* A radius that does not agree never counts for more than a 3-sigma difference: echoes merge, split and change. */

@@ -12,8 +12,8 @@ from ods.tracker.association.clutter import Clutter, ClutterDensity
 from ods.tracker.association.gating import Detectability
 from ods.tracker.association.registry import Association
 from ods.tracker.existence.evidence import NewTrackEvidence, ScanEvidence
-from ods.tracker.measurement.cut_off import nothing_twice
-from ods.tracker.measurement.field_of_view import FieldOfView
+from ods.tracker.measurement.coverage.cut_off import nothing_twice
+from ods.tracker.measurement.coverage.field_of_view import FieldOfView
 from ods.tracker.measurement.model import PositionMeasurement, position_measurement
 from ods.tracker.measurement.scan import Echoes, Scan
 from ods.tracker.named import Named

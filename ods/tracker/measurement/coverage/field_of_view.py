@@ -9,7 +9,7 @@ import numpy as np
 from ods.base.arrays import Floats, Mask
 from ods.compiled import native
 from ods.messages import Sector
-from ods.tracker.measurement.looked import Looked
+from ods.tracker.measurement.coverage.looked import Looked
 from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.scan import Vehicle, nothing_unseen
 from ods.tracker.named import Named

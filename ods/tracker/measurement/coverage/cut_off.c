@@ -4,7 +4,7 @@
    passes over the body its middle slides along it: an error that stays, or looks like a motion, and that no number of
    pings averages away. */
 
-#include "ods/tracker/measurement/cut_off.h"
+#include "ods/tracker/measurement/coverage/cut_off.h"
 #include "ods/tracker/measurement/model.h"
 
 /* Variance of what a measurement does not tell, m^2. */

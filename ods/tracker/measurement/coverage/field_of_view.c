@@ -1,7 +1,7 @@
 /* Is an object expected in this image, at the edge of the sector, or not at all? */
 
 #include "ods/tracker/measurement/model.h"
-#include "ods/tracker/measurement/normal.h"
+#include "ods/tracker/measurement/coverage/normal.h"
 
 /* An object of which more than this is hidden by blind beams may be missed. */
 #define HIDDEN_SHARE 0.25
