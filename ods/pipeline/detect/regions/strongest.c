@@ -1,6 +1,6 @@
 /* Echoes that reach the strongest of the recorded samples (grouping.py). */
 
-#include "ods/pipeline/detect/inside.h"
+#include "ods/pipeline/detect/regions/inside.h"
 #include "ods/pipeline/image/samples/looked_at.h"
 #include "ods/pipeline/image/samples/recorded.h"
 

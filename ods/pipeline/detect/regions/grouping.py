@@ -7,9 +7,9 @@ import numpy as np
 
 from ods.base.arrays import Image, Mask
 from ods.compiled import native
-from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
-from ods.pipeline.detect.rise import NO_RISE, Rise, levelled
-from ods.pipeline.detect.split import split_regions
+from ods.pipeline.detect.background.rise import NO_RISE, Rise, levelled
+from ods.pipeline.detect.regions.region_growing import GrowingRule, find_regions, room_for_runs
+from ods.pipeline.detect.regions.split import split_regions
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.regions import Judged, Regions, Runs, chosen_runs
 from ods.pipeline.image.samples.recorded import Recorded

@@ -1,6 +1,6 @@
 /* Connected regions by growing runs of cells from the cells above the high level. */
 
-#include "ods/pipeline/detect/rise.h"
+#include "ods/pipeline/detect/background/rise.h"
 #include "ods/pipeline/image/regions.h"
 
 /* Instead of a number: the image has cells that are no finite numbers. */

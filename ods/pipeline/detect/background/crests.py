@@ -12,8 +12,8 @@ import numpy as np
 
 from ods.base.arrays import Floats, Image, Mask
 from ods.compiled import native
-from ods.pipeline.detect.noise import NoiseMeter
-from ods.pipeline.detect.rise import Rise
+from ods.pipeline.detect.background.noise import NoiseMeter
+from ods.pipeline.detect.background.rise import Rise
 from ods.pipeline.image.regions import Runs
 
 _GRID = (16, 32)

@@ -1,7 +1,7 @@
 /* How high the background's crests reach, region by region: maxima of the tiles of an image, and their quantiles. */
 
-#include "ods/pipeline/detect/inside.h"
-#include "ods/pipeline/detect/rise.h"
+#include "ods/pipeline/detect/regions/inside.h"
+#include "ods/pipeline/detect/background/rise.h"
 #include "ods/pipeline/filter/lanes.h"
 
 /* Histograms of maxima: their bins, in multiples of the noise. */

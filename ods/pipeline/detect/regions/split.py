@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from ods.base.arrays import Image
-from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
+from ods.pipeline.detect.regions.region_growing import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.regions import RUN, Runs, sorted_runs
 

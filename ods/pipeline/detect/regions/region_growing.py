@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Image, Mask
 from ods.compiled import native
-from ods.pipeline.detect.rise import NO_RISE, Rise
+from ods.pipeline.detect.background.rise import NO_RISE, Rise
 from ods.pipeline.image.regions import RUN, Runs
 from ods.pipeline.stage.params import NotANumberError
 

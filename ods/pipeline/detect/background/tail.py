@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Image
 from ods.compiled import native
-from ods.pipeline.detect.noise import NoiseMeter
+from ods.pipeline.detect.background.noise import NoiseMeter
 
 _QUIET = 0
 """Row of the histograms; the other one is of cells that may be an echo's."""

@@ -1,7 +1,7 @@
 /* Echoes at the image's border: which regions are strong enough there (grouping.py). */
 
-#include "ods/pipeline/detect/inside.h"
-#include "ods/pipeline/detect/rise.h"
+#include "ods/pipeline/detect/regions/inside.h"
+#include "ods/pipeline/detect/background/rise.h"
 
 /* Width of the border, cells: that of the default filter's half window. */
 #define BORDER_BEAMS 2
