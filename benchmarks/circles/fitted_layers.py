@@ -1,4 +1,4 @@
-"""Fit the law of standard deviations (ods/pipeline/measure/sigmas.h) to examples of errors."""
+"""Fit the law of standard deviations (ods/pipeline/measure/sigmas/sigmas.h) to examples of errors."""
 
 from typing import NamedTuple
 

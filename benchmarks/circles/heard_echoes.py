@@ -12,7 +12,7 @@ from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.regions import Regions
 from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.measure.echoes import EchoTable, measure
-from ods.pipeline.measure.features import Features
+from ods.pipeline.measure.sigmas.features import Features
 from ods.pipeline.prepared import prepared_chain
 
 

@@ -13,7 +13,7 @@ from ods.assess.sea.run import head_at, images_of, scene_with_seed
 from ods.base.arrays import Image
 from ods.pipeline.chain import Chain
 from ods.pipeline.measure.echoes import LAWS
-from ods.pipeline.measure.features import Features
+from ods.pipeline.measure.sigmas.features import Features
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.by_name import find_sonar
 from tests.pipeline.steps import DR_M, measured

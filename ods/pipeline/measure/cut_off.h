@@ -5,7 +5,7 @@
 
 #include "ods/pipeline/image/samples/recorded.h"
 #include "ods/pipeline/measure/echo.h"
-#include "ods/pipeline/measure/enclosing_circle.h"
+#include "ods/pipeline/measure/circle/enclosing_circle.h"
 #include "ods/pipeline/measure/region.h"
 
 /* Standard deviation of the place of an object of which a part is hidden. */

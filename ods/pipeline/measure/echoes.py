@@ -14,7 +14,7 @@ from ods.compiled import native
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.regions import Regions
 from ods.pipeline.image.samples.recorded import Recorded
-from ods.pipeline.measure.features import Features
+from ods.pipeline.measure.sigmas.features import Features
 from ods.pipeline.stage.params import NotANumberError
 
 ECHO = np.dtype(
@@ -52,7 +52,7 @@ ROW = Struct("6dq9d?7x5d")
 EchoTable = NDArray[np.void]
 """(regions,) of ECHO."""
 
-LAWS = Path(__file__).with_name("laws.npz")
+LAWS = Path(__file__).parent / "sigmas" / "laws.npz"
 """Of the standard deviations of circles (sigmas.h), by `python -m benchmarks.circles.laws`."""
 with np.load(LAWS) as _arrays:
     _LAWS = tuple(_arrays[name] for name in ("sigmas_hidden", "sigmas_out", "range_hidden", "range_out"))

@@ -5,7 +5,7 @@
 #ifndef ODS_OUTLINE_H
 #define ODS_OUTLINE_H
 
-#include "ods/pipeline/measure/depth.h"
+#include "ods/pipeline/measure/circle/depth.h"
 
 /* In the sonar's plane. */
 typedef struct {

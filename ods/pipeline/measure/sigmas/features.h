@@ -5,7 +5,7 @@
 #ifndef ODS_FEATURES_H
 #define ODS_FEATURES_H
 
-#include "ods/pipeline/measure/circle.h"
+#include "ods/pipeline/measure/circle/circle.h"
 #include "ods/pipeline/measure/echo.h"
 
 #define FEATURES 15

@@ -8,9 +8,9 @@
 #ifndef ODS_CIRCLE_H
 #define ODS_CIRCLE_H
 
-#include "ods/pipeline/measure/depth.h"
-#include "ods/pipeline/measure/enclosing_circle.h"
-#include "ods/pipeline/measure/outline.h"
+#include "ods/pipeline/measure/circle/depth.h"
+#include "ods/pipeline/measure/circle/enclosing_circle.h"
+#include "ods/pipeline/measure/circle/outline.h"
 
 /* Standard deviation of a Gaussian directivity in units of its -3 dB width (full width at half intensity). */
 #define SIGMA_OF_WIDTH (1.0 / 2.3548)

@@ -1,6 +1,6 @@
 /* The smallest circle around points, as Python asks for it. */
 
-#include "ods/pipeline/measure/enclosing_circle.h"
+#include "ods/pipeline/measure/circle/enclosing_circle.h"
 
 KERNEL(smallest_circle, "f8[points,2] points, out f8[3] circle")
 {
