@@ -1,6 +1,6 @@
 /* Independent Kalman filters for north and east, in closed form (axis_kalman.h) [SSIE eq. 2]: see independent.py. */
 
-#include "ods/tracker/observer/axis_kalman.h"
+#include "ods/tracker/observer/kalman/axis_kalman.h"
 #include "ods/tracker/observer/sensitivity.h"
 
 #define MOVING 1

@@ -4,7 +4,7 @@
    to nothing from one ping to the next. What is done to the objects that a ping shows is done to LANES of them at a time:
    their columns are copied together, so that each instruction takes several. */
 
-#include "ods/tracker/observer/ud_filter.h"
+#include "ods/tracker/observer/kalman/ud_filter.h"
 
 /* So long after their last exchange, at the next measurement, models exchange their states, s. */
 #define EXCHANGE_S 1.0
