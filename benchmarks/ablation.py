@@ -36,7 +36,7 @@ from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.by_name import find_sonar
 from ods.tracker import tracker
 from ods.tracker.association import match
-from ods.tracker.association.clutter import RADII, Clutter, ClutterDensity
+from ods.tracker.association.hypotheses.clutter import RADII, Clutter, ClutterDensity
 from ods.tracker.existence import coherence
 from ods.tracker.existence.model import EXISTENCE, MODEL, ExistenceModel
 from ods.tracker.life import judgement

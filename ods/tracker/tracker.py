@@ -5,7 +5,7 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.pose.utc import Restamp
-from ods.tracker.association.clutter import Clutter
+from ods.tracker.association.hypotheses.clutter import Clutter
 from ods.tracker.association.match import match_scan
 from ods.tracker.association.registry import association_of
 from ods.tracker.existence import lifecycle

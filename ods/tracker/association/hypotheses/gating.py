@@ -10,7 +10,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
 from ods.compiled import native
-from ods.tracker.association.clutter import ClutterDensity
+from ods.tracker.association.hypotheses.clutter import ClutterDensity
 from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.scan import Echoes
 from ods.tracker.named import Named

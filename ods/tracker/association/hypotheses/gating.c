@@ -1,6 +1,6 @@
 /* Which echoes may be whose, and how well each pair inside the statistical gate explains the image (gating.py). */
 
-#include "ods/tracker/association/gating.h"
+#include "ods/tracker/association/hypotheses/gating.h"
 #include "ods/tracker/measurement/coverage/cut_off.h"
 #include "ods/tracker/measurement/model.h"
 
