@@ -10,7 +10,7 @@
 #define ODS_GAINED_IMAGE_H
 
 #include "kernel.h"
-#include "ods/pipeline/image/padding.h"
+#include "ods/pipeline/filter/rows/padding.h"
 #include "ods/pipeline/image/samples/samples.h"
 
 /* An image of (beams, samples) amplitudes: (cells[b, first + j] + offset) * gain at b, j.

@@ -1,7 +1,7 @@
 /* Beams that say nothing of the water: saturated ones, and such as hear a source that sounds without end. See
    deaf_beams.py. */
 
-#include "ods/pipeline/filter/lanes.h"
+#include "ods/pipeline/filter/rows/lanes.h"
 #include "ods/pipeline/image/missing/no_data.h"
 #include "ods/pipeline/image/samples/samples.h"
 

@@ -2,7 +2,7 @@
 
 #include "ods/pipeline/detect/regions/inside.h"
 #include "ods/pipeline/detect/background/rise.h"
-#include "ods/pipeline/filter/lanes.h"
+#include "ods/pipeline/filter/rows/lanes.h"
 
 /* Histograms of maxima: their bins, in multiples of the noise. */
 #define BINS 320

@@ -4,8 +4,8 @@
 #define ODS_RING_H
 
 #include "kernel.h"
-#include "ods/pipeline/filter/lanes.h"
-#include "ods/pipeline/image/padding.h"
+#include "ods/pipeline/filter/rows/lanes.h"
+#include "ods/pipeline/filter/rows/padding.h"
 
 typedef struct {
     float *rows; /* (count, samples): row b lies at slot b % count */

@@ -4,8 +4,8 @@
 #define ODS_LINEAR_H
 
 #include "kernel.h"
-#include "ods/pipeline/filter/lanes.h"
-#include "ods/pipeline/filter/ring.h"
+#include "ods/pipeline/filter/rows/lanes.h"
+#include "ods/pipeline/filter/rows/ring.h"
 
 /* A separable symmetric filter: weights from the middle outwards, of sum 1 with their mirror image. */
 typedef struct {
