@@ -19,8 +19,8 @@ from ods.tracker.measurement.scan import Scan
 from ods.tracker.observer.registry import make_observer
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of, snapshot_of_map
 from ods.tracker.prediction import predict_scan
+from ods.tracker.restart.state import MapChanges, TrackerState
 from ods.tracker.settings import PLUGINS, STATIC, TrackerSettings
-from ods.tracker.state import MapChanges, TrackerState
 from ods.tracker.track.plausibility import validate_tracks
 from ods.tracker.track.tracks import Tracks
 

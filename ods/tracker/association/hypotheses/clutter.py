@@ -9,7 +9,7 @@ from ods.base.arrays import Floats
 from ods.compiled import native
 from ods.messages import Sector
 from ods.tracker.measurement.scan import Echoes
-from ods.tracker.state import ClutterState
+from ods.tracker.restart.state import ClutterState
 
 RANGES, BEARINGS = 10, 6
 """Parts of the fan that are counted apart."""

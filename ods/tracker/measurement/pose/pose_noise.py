@@ -10,7 +10,7 @@ import numpy as np
 
 from ods.compiled import native
 from ods.tracker.measurement.scan import Vehicle
-from ods.tracker.state import PoseNoiseState
+from ods.tracker.restart.state import PoseNoiseState
 
 FORGETTING = 0.99
 """Of the weight of earlier pings at each."""

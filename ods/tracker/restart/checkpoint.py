@@ -13,7 +13,7 @@ from ods.base.settings import Settings
 from ods.runtime.state_files.kept_file import KeptFile, KeptFileError
 from ods.runtime.state_files.kept_writer import KeptWriter
 from ods.tracker.map.map_object import MapObject
-from ods.tracker.state import Announced, MapChanges, TrackerState
+from ods.tracker.restart.state import Announced, MapChanges, TrackerState
 from ods.tracker.veto.vetoes import VetoState
 
 KindT = TypeVar("KindT")
