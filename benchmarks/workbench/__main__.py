@@ -24,8 +24,8 @@ from selenium import webdriver
 from benchmarks.workbench import beside, gallery, recording, sliders
 from ods.workbench.session import Session
 from ods.workbench.web import server
-from ods.workbench.web.fan_view import FanView
 from ods.workbench.web.frames import Frame, FrameBoard
+from ods.workbench.web.views.fan_view import FanView
 from tests.workbench.chromium import chromium
 
 BEAMS, SAMPLES, DR_M = 60, 2000, 0.05

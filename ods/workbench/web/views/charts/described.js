@@ -1,4 +1,4 @@
-// A chart as the page describes it (ods/workbench/web/chart_view.py): its numbers read, and what of them is where.
+// A chart as the page describes it (ods/workbench/web/views/chart_view.py): its numbers read, and what of them is where.
 
 // Numbers come as the base64 of float32, or {x0, dx} for even steps.
 function numbers(told, count) {

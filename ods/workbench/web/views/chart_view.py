@@ -10,7 +10,7 @@ from nicegui.element import Element
 from nicegui.elements import echart as _echart  # noqa: F401  its script is what ours draws with
 
 from ods.base.arrays import AnyArray
-from ods.workbench.web.plan_view import Role
+from ods.workbench.web.views.plan_view import Role
 
 Colour = Role | Literal["first", "second", "third", "fourth", "quiet"]
 Style = Literal["line", "dotted", "steps", "bars", "points", "diamonds"]
