@@ -18,8 +18,8 @@ from ods.base.arrays import Floats, Ints
 from ods.base.frames import geometry
 from ods.compiled import native
 from ods.sim_sonar.pose import Transmission
-from ods.sim_sonar.receiver.random_field import Keys, Normals, make_keys, normal_table
-from ods.sim_sonar.receiver.speckle_law import taps
+from ods.sim_sonar.receiver.speckle.random_field import Keys, Normals, make_keys, normal_table
+from ods.sim_sonar.receiver.speckle.speckle_law import taps
 from ods.sim_sonar.sonar.model import SonarModel
 
 STREAM = 1

@@ -1,7 +1,7 @@
 /* The normal numbers behind speckle (speckle.py has the theory): keys, with the cells of the sonar's pose that they are
    in, hashed and filtered. */
 
-#include "ods/sim_sonar/receiver/random_field.h"
+#include "ods/sim_sonar/receiver/speckle/random_field.h"
 
 /* Steps in which a number's own borders are laid, and the bits that tell one of them. */
 #define OFFSETS 1024
