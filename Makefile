@@ -192,17 +192,17 @@ site: $(VENV)/.ready
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 benchmark: $(VENV)/.ready
-	$(BIN)/python -m benchmarks.pipeline
+	$(BIN)/python -m benchmarks.detection.speed
 	$(BIN)/python -m benchmarks.c_chain
 	$(BIN)/python -m benchmarks.tracker
-	$(BIN)/python -m benchmarks.sonar_link --seconds 60
-	$(BIN)/python -m benchmarks.nav
-	$(BIN)/python -m benchmarks.nav --source dbc
+	$(BIN)/python -m benchmarks.processes.sonar_link --seconds 60
+	$(BIN)/python -m benchmarks.processes.nav
+	$(BIN)/python -m benchmarks.processes.nav --source dbc
 
 # an hour of the bench with faults at random times: what was valid and wrong, what grew
 soak: $(VENV)/.ready
 	$(MAKE) kernels
-	$(BIN)/python -m benchmarks.soak --minutes 60 --seed 0
+	$(BIN)/python -m benchmarks.processes.soak --minutes 60 --seed 0
 
 clean:
 	rm -rf $(VENV) out build dist

@@ -1,1 +1,1 @@
-"""Development only: speed beside public libraries. Nothing on board imports this."""
+"""Development only: what guards the figures of the docs, by subject. Nothing on board imports this."""

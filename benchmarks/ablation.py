@@ -2,8 +2,8 @@
 
 `python -m benchmarks.ablation --detections FOLDER`: scenes are simulated and gone through by the chain once; what it
 found is kept in the folder. Then the tracker gets the same detections again and again, with one mechanism switched off
-at a time. Sets: the family of sea-beds (two draws), sea-beds that nobody has chosen by (`benchmarks.sea_scenes`), three
-other sonars, and calm water. Judged as `ods assess sea` does.
+at a time. Sets: the family of sea-beds (two draws), sea-beds that nobody has chosen by
+(`benchmarks.simulator.sea_scenes`), three other sonars, and calm water. Judged as `ods assess sea` does.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from unittest.mock import patch
 import msgspec
 import numpy as np
 
-from benchmarks.sea_scenes import BEDS, scene_text
+from benchmarks.simulator.sea_scenes import BEDS, scene_text
 from ods.assess.sea.assessment import shipped_scenes
 from ods.assess.sea.bodies import SceneBodies
 from ods.assess.sea.command import CLEARANCE_M, SECONDS
@@ -36,7 +36,7 @@ from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.by_name import find_sonar
 from ods.tracker import tracker
 from ods.tracker.association import match
-from ods.tracker.association.clutter import RADII, Clutter, ClutterDensity
+from ods.tracker.association.hypotheses.clutter import RADII, Clutter, ClutterDensity
 from ods.tracker.existence import coherence
 from ods.tracker.existence.model import EXISTENCE, MODEL, ExistenceModel
 from ods.tracker.life import judgement

@@ -17,8 +17,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, NamedTuple
 
-from benchmarks.pipeline import made_up_ping
-from benchmarks.tracker import SIZES, field
+from benchmarks.detection.speed import made_up_ping
+from benchmarks.tracker.fields import SIZES, field
 from ods.base.frames.mounting import MountingSettings
 from ods.base.geodesy import SiteSettings
 from ods.pipeline.chain import Chain

@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.c_chain.frames import made_up_ping
 from benchmarks.c_chain.plain_c import PlainC, built
-from benchmarks.pipeline import TIMED, Task, medians_ms
+from benchmarks.detection.speed import TIMED, Task, medians_ms
 from ods.assess.sea.assessment import shipped_folder
 from ods.assess.sea.run import images_of, scene_with_seed
 from ods.base.arrays import Floats

@@ -9,7 +9,7 @@ from ods.base.settings import Fraction, NonNegative, NonNegativeInt, Positive, S
 from ods.missions.failing.errors import ErrorSettings
 from ods.pipeline.settings import PipelineSettings
 from ods.planner.settings import SteeringSettings
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.sea_bed.settings import SeaBed
 from ods.sim_sonar.settings import VehicleSettings

@@ -9,10 +9,10 @@ import numpy as np
 from ods.base.arrays import SAMPLE_DTYPES, AnyArray, Mask
 from ods.messages import MOST_HEARING_DB, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
-from ods.pipeline.image.amplitude import SampleScale
-from ods.pipeline.image.no_data import NoDataError, samples_without_data, shows_something
-from ods.pipeline.image.recorded import RegionNumbers, unpaint
-from ods.pipeline.image_layout import EVERY_PHASE
+from ods.pipeline.image.image_layout import EVERY_PHASE
+from ods.pipeline.image.missing.no_data import NoDataError, samples_without_data, shows_something
+from ods.pipeline.image.samples.amplitude import SampleScale
+from ods.pipeline.image.samples.recorded import RegionNumbers, unpaint
 from ods.pipeline.interference.deaf_beams import BeamJudge, without
 from ods.pipeline.interference.pulses import PulseFinder
 from ods.pipeline.interference.second_way import SecondWays

@@ -13,7 +13,7 @@ from ods.base.arrays import AnyArray, Floats
 from ods.base.files.out_file import opened_to_seek
 from ods.messages import Detections, Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.image.recorded import RegionNumbers
+from ods.pipeline.image.samples.recorded import RegionNumbers
 from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.watch import Watch

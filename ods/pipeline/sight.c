@@ -1,7 +1,7 @@
 /* Levels of parts of a ping's samples, and what they were: see sight.py. */
 
-#include "ods/pipeline/image/fill.h"
-#include "ods/pipeline/image/samples.h"
+#include "ods/pipeline/image/missing/fill.h"
+#include "ods/pipeline/image/samples/samples.h"
 
 /* Samples of each part that are looked at. */
 #define LOOKED_AT 4

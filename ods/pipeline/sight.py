@@ -18,8 +18,8 @@ from ods.base.arrays import AnyArray, Floats, Ints, Mask
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Ping, Sector, UnseenPart, UnseenWhy
-from ods.pipeline.image.amplitude import FULL_SCALE, db_a_count
 from ods.pipeline.image.fan import beam_borders
+from ods.pipeline.image.samples.amplitude import FULL_SCALE, db_a_count
 from ods.pipeline.interference.deaf_beams import ALL_HEAR, DeafBeams, without
 
 GROUPS, RINGS = 20, 16

@@ -18,11 +18,11 @@ from ods.recording.mcap.reader import Recorded, Recording
 from ods.replay.setup import Life, pipeline_starts, recorded_map, tracker_lives
 from ods.replay.streams import DetectionsStream, HealthStream, OrderStream, PoseStream, message_of
 from ods.runtime.processes import PROCESSES
-from ods.tracker.checkpoint import Mission
-from ods.tracker.ids import reserved_id
 from ods.tracker.map.keeper import of_earlier_mission
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
+from ods.tracker.restart.checkpoint import Mission
+from ods.tracker.restart.ids import reserved_id
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.veto.vetoes import RefusedError
 

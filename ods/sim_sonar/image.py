@@ -9,8 +9,8 @@ import numpy as np
 
 from ods.base.arrays import Floats, Image
 from ods.messages import Ping, TruthObject
-from ods.sim_sonar.echo.bodies import Bodies
-from ods.sim_sonar.echo.motion_during_reception import as_received, turn_per_metre
+from ods.sim_sonar.echo.bodies.bodies import Bodies
+from ods.sim_sonar.echo.bodies.motion_during_reception import as_received, turn_per_metre
 from ods.sim_sonar.mean_area import Surroundings, mean_area
 from ods.sim_sonar.pose import Transmission, VehiclePose
 from ods.sim_sonar.receiver.quantize import PingMaker

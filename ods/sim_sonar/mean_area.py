@@ -6,11 +6,11 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.frames import geometry
-from ods.sim_sonar.echo.bodies import Bodies, to_sonar_frame
-from ods.sim_sonar.echo.detail import detail_of
+from ods.sim_sonar.echo.bodies.bodies import Bodies, to_sonar_frame
+from ods.sim_sonar.echo.bodies.shadow import SHADE, add_shades
 from ods.sim_sonar.echo.object_echo import Occluders, add_object
-from ods.sim_sonar.echo.ray_budget import MAX_CELLS, ray_fan_of, rivals_of, shares_of_error, within_range
-from ods.sim_sonar.echo.shadow import SHADE, add_shades
+from ods.sim_sonar.echo.rays.detail import detail_of
+from ods.sim_sonar.echo.rays.ray_budget import MAX_CELLS, ray_fan_of, rivals_of, shares_of_error, within_range
 from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.sea_bed.model import SeaBedModel
 from ods.sim_sonar.sea_bed.view import view_of

@@ -8,7 +8,7 @@ from ods.base.arrays import Floats, Floats32
 from ods.base.frames.geometry import polar_to_body, rotation_matrix
 from ods.compiled import native
 from ods.messages import Ping, RangeGrid
-from ods.sim_sonar.echo.bodies import BODY, PLANE, UNBOUNDED, Bodies
+from ods.sim_sonar.echo.bodies.bodies import BODY, PLANE, UNBOUNDED, Bodies
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sonar.model import SonarModel
 

@@ -13,7 +13,7 @@ from scipy.ndimage import uniform_filter
 
 from ods.base.arrays import Floats
 from ods.sim_sonar.by_name import find_scene
-from ods.sim_sonar.echo.detail import LEVEL_ERRORS
+from ods.sim_sonar.echo.rays.detail import LEVEL_ERRORS
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.mean_area import Surroundings, mean_area
 from ods.sim_sonar.pose import Transmission

@@ -15,7 +15,6 @@ from ods.messages import Detections, Health, Obstacle, ObstacleList, Pose, Site,
 from ods.pose.buffer import PoseBuffer, PoseEstimate
 from ods.pose.head import head_of
 from ods.pose.utc import VehicleUtc
-from ods.tracker.checkpoint import Mission
 from ods.tracker.common_error.monitor import CommonErrors
 from ods.tracker.common_error.sightings import Motion
 from ods.tracker.map.map_object import MapObject
@@ -33,6 +32,7 @@ from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.output.standpoint import pose_at
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import InputMonitor
+from ods.tracker.restart.checkpoint import Mission
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
 from ods.tracker.veto.vetoes import RefusedError, Vetoes

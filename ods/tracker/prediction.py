@@ -7,7 +7,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Mask
 from ods.compiled import native
-from ods.tracker.measurement.field_of_view import (
+from ods.tracker.measurement.coverage.field_of_view import (
     Coverage,
     FieldOfView,
     coverage_of,

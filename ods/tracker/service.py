@@ -13,12 +13,12 @@ from ods.pose.utc import VehicleUtc
 from ods.runtime.backlog import Backlog
 from ods.runtime.service import Service, Worker
 from ods.runtime.state_files import last_words
-from ods.tracker.checkpoint import Checkpoints
 from ods.tracker.clearance.clearance import ClearanceKeeper
-from ods.tracker.ids import first_of, provisional_first_id, reserved_id
 from ods.tracker.map.keeper import MapKeeper
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
+from ods.tracker.restart.checkpoint import Checkpoints
+from ods.tracker.restart.ids import first_of, provisional_first_id, reserved_id
 from ods.tracker.settings import TrackerConfig, TrackerProcessConfig
 from ods.tracker.veto.operators import Asked, Operators, in_words
 from ods.tracker.veto.vetoes import RefusedError

@@ -5,7 +5,7 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.pose.utc import Restamp
-from ods.tracker.association.clutter import Clutter
+from ods.tracker.association.hypotheses.clutter import Clutter
 from ods.tracker.association.match import match_scan
 from ods.tracker.association.registry import association_of
 from ods.tracker.existence import lifecycle
@@ -14,13 +14,13 @@ from ods.tracker.existence.evidence import ClutterStatistics
 from ods.tracker.life.judgement import judge
 from ods.tracker.life.management import Outcome, TrackManager
 from ods.tracker.map.map_object import MapObject
-from ods.tracker.measurement.pose_noise import PoseNoise
+from ods.tracker.measurement.pose.pose_noise import PoseNoise
 from ods.tracker.measurement.scan import Scan
 from ods.tracker.observer.registry import make_observer
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of, snapshot_of_map
 from ods.tracker.prediction import predict_scan
+from ods.tracker.restart.state import MapChanges, TrackerState
 from ods.tracker.settings import PLUGINS, STATIC, TrackerSettings
-from ods.tracker.state import MapChanges, TrackerState
 from ods.tracker.track.plausibility import validate_tracks
 from ods.tracker.track.tracks import Tracks
 

@@ -8,8 +8,8 @@ from ods.base.frames.geometry import quat_from_euler
 from ods.messages import Sector
 from ods.pose.buffer import PoseEstimate
 from ods.tracker.map.map_object import MapObject
-from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.planes import one_a_body
+from ods.tracker.measurement.pose import motion_during_reception
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
 from ods.tracker.observer.registry import make_observer
 from ods.tracker.output.bottom import Bottom, may_be_hit

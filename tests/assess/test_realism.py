@@ -1,4 +1,4 @@
-"""`python -m benchmarks.realism`: distances of images whose figures are known."""
+"""`python -m benchmarks.simulator.realism`: distances of images whose figures are known."""
 
 from pathlib import Path
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
-from benchmarks import realism
-from benchmarks.realism import MEASURES, distance, figures_of
+from benchmarks.simulator import realism
+from benchmarks.simulator.realism import MEASURES, distance, figures_of
 from ods.base.arrays import Image
 from ods.sonar_link.files.opening import open_pings
 

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import covariance_forms, forms
 from ods import cli
 from ods.assess.track import reference, scenarios
 from ods.assess.track.case import FALSE, MERGED, Case, World, hidden, merged, observe, polar, save_case
@@ -201,17 +200,3 @@ def test_the_worked_example_goes_as_in_the_paper(tmp_path: Path) -> None:
     assert new.stand_by == pytest.approx(41.0, abs=1.0)
     assert other.ended is None
     assert cli.main(["assess", "track", "--figures", str(tmp_path / "figures.png")]) == 0
-
-
-def test_factors_hold_where_the_standard_form_breaks(tmp_path: Path) -> None:
-    grid = covariance_forms.measure(covariance_forms.QUICK)
-    for precision, digits in (("float32", 1e-5), ("float64", 1e-13)):
-        assert grid.panels[precision, "standard"].broken.any()
-        factors = grid.panels[precision, "L D L'"]
-        assert not factors.broken.any()
-        assert factors.error.max() < digits
-    # Where the noise ratio is 1 and the interval 0.1 s all forms agree with the 60 digits.
-    for name in covariance_forms.FORMS:
-        assert grid.panels["float64", name].error[1, 1] < 1e-13
-    assert forms.main(["--quick", "--out", str(tmp_path / "forms.png")]) == 0
-    assert forms.main(["--quick", "--out", str(tmp_path / "none" / "forms.png")]) == 2

@@ -20,7 +20,7 @@ from ods.calibrate.sightings import echoes_of
 from ods.cli import main
 from ods.messages import Ping, Pose
 from ods.recording.s7k import RECORDED_DEVICES, Recorder
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.settings import Oscillation, SceneFile, Sphere, VehiclePath, Waypoint
 from ods.sim_sonar.scene.timeline import Scene

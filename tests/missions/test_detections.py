@@ -209,7 +209,7 @@ def test_a_sonar_of_several_planes_is_refused() -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(900)
 def test_both_fidelities_agree_within_their_intervals(tmp_path: Path) -> None:
-    """As `python -m benchmarks.fidelities` shows it; the same again is the same."""
+    """As `python -m benchmarks.missions.fidelities` shows it; the same again is the same."""
     campaign = Campaign(seed=43, missions=14, arms=("ods",), world=WORLD)
     save_laws(fitted(campaign, 4)[1], tmp_path / "laws.json")
     drawn = replace(campaign, fidelity="detections", detections=tmp_path / "laws.json")

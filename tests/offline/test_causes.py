@@ -6,8 +6,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from benchmarks.causes import CAUSES, SCENE, Cause, judged, until_a_body
-from benchmarks.circles import ping_of
+from benchmarks.circles.synthetic import ping_of
+from benchmarks.detection.causes import CAUSES, SCENE, Cause, judged, until_a_body
 from ods.base.clock import NS
 from ods.base.settings_file import load
 from ods.messages import ObstacleList

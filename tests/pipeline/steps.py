@@ -9,8 +9,8 @@ from ods.base.settings import Settings
 from ods.pipeline import built_in  # noqa: F401  it registers the stages
 from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import RUN, Regions
+from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.measure.echoes import Measured, measure
 from ods.pipeline.stage.registry import find_stage
 from ods.pipeline.stage.step import AS_STEP, PingContext

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from ods.base.arrays import Floats32
 from ods.messages import Scale
-from ods.pipeline.image.amplitude import (
+from ods.pipeline.image.samples.amplitude import (
     MAX_AMPLITUDE,
     Decimation,
     average_counts,

@@ -5,7 +5,7 @@ import pytest
 
 from ods.base.arrays import Bytes
 from ods.pipeline.chain import Chain
-from ods.pipeline.image_layout import EVERY_PHASE
+from ods.pipeline.image.image_layout import EVERY_PHASE
 from ods.pipeline.prepared.plan import make_plan
 from ods.pipeline.settings import DEFAULT_STAGES, AttentionSettings, PipelineSettings
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle

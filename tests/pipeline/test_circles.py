@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings, strategies as st
 
 from ods.base.arrays import Floats
-from ods.pipeline.measure.enclosing_circle import smallest_circle
+from ods.pipeline.measure.circle.enclosing_circle import smallest_circle
 
 coordinate = st.integers(-20, 20).map(lambda n: n / 4.0)
 point_lists = st.lists(st.tuples(coordinate, coordinate), min_size=1, max_size=9)

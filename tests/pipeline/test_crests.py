@@ -7,9 +7,9 @@ import pytest
 from ods.base.arrays import Image
 from ods.messages import Detections, Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.detect.crests import LocalThreshold, crest_quantiles, reaching
-from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
-from ods.pipeline.detect.rise import Rise, levelled
+from ods.pipeline.detect.background.crests import LocalThreshold, crest_quantiles, reaching
+from ods.pipeline.detect.background.rise import Rise, levelled
+from ods.pipeline.detect.regions.region_growing import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.image.regions import RUN
 from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
 from tests.pipeline.pings import make_ping, speckle

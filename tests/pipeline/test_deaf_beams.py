@@ -6,7 +6,7 @@ import pytest
 from ods.base.arrays import Bytes, Floats
 from ods.messages import Detections
 from ods.pipeline.chain import Chain
-from ods.pipeline.image.no_data import ALL_DATA
+from ods.pipeline.image.missing.no_data import ALL_DATA
 from ods.pipeline.interference.deaf_beams import BeamJudge
 from ods.pipeline.settings import PipelineSettings
 from tests.pipeline.pings import fan_bearings, make_ping

@@ -5,14 +5,14 @@ from scipy import ndimage
 
 from ods.base.arrays import AnyArray, Image, Ints32
 from ods.compiled import native
-from ods.pipeline.detect.grouping import level_of_strongest
+from ods.pipeline.detect.background.noise import NoiseMeter
 from ods.pipeline.detect.levels import two_level
-from ods.pipeline.detect.noise import NoiseMeter
-from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
+from ods.pipeline.detect.regions.grouping import level_of_strongest
+from ods.pipeline.detect.regions.region_growing import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.no_data import ALL_DATA
-from ods.pipeline.image.recorded import Recorded, paint
+from ods.pipeline.image.missing.no_data import ALL_DATA
 from ods.pipeline.image.regions import Regions
+from ods.pipeline.image.samples.recorded import Recorded, paint
 from ods.pipeline.stage.params import NotANumberError, TwoLevelParams
 
 

@@ -7,8 +7,8 @@ from ods.base.arrays import Floats, Floats32
 from ods.messages import Detection
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import RUN, Regions
+from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.measure.echoes import ECHO, measure_echoes
 from ods.pipeline.settings import PipelineSettings
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle

@@ -1,17 +1,17 @@
 """The false-alarm rate that is set is the one that comes true, whatever the samples mean, the stages do and the sea is.
 
-The images are drawn by benchmarks/clutter.py, which has nothing in common with what detectors learn from; counts are
-compared with closed forms or counted. `python -m benchmarks.false_alarm` measures many more images and down to 1e-5.
-Behind a filter, whose crests are some cells long, the standard error is here about 2 % for a rate of 1e-3 and 6 % for
-1e-4; the rest of the tolerance is for what is learnt.
+The images are drawn by benchmarks/detection/clutter.py, which has nothing in common with what detectors learn from;
+counts are compared with closed forms or counted. `python -m benchmarks.detection.false_alarm` measures many more images
+and down to 1e-5. Behind a filter, whose crests are some cells long, the standard error is here about 2 % for a rate of
+1e-3 and 6 % for 1e-4; the rest of the tolerance is for what is learnt.
 """
 
 import numpy as np
 import pytest
 from scipy.special import gamma as gamma_function, gammaincc, kv
 
-from benchmarks.clutter import k_distributed, looks
-from benchmarks.false_alarm import CFAR, CHAINS, CLUTTER, FILTERS, KINDS, chain_of, rates
+from benchmarks.detection.clutter import k_distributed, looks
+from benchmarks.detection.false_alarm import CFAR, CHAINS, CLUTTER, FILTERS, KINDS, chain_of, rates
 from ods.pipeline.prepared.speckle import KINDS as LEARNT, Speckle, drawn
 
 pytestmark = pytest.mark.slow

@@ -14,9 +14,9 @@ from ods.pipeline.chain import Chain
 from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
 from ods.pipeline.fronts.network import STEPS, learnt, network_of
 from ods.pipeline.fronts.windows import BEAMS, BEFORE, CELLS, Windows, can_be_judged
-from ods.pipeline.image.amplitude import sample_scale
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image_layout import ALL, layout
+from ods.pipeline.image.image_layout import ALL, layout
+from ods.pipeline.image.samples.amplitude import sample_scale
 from ods.pipeline.settings import DEFAULT_STAGES, AttentionSettings, PipelineSettings
 from tests.pipeline.pings import make_ping
 

@@ -4,13 +4,13 @@ import msgspec
 import numpy as np
 import pytest
 
-from benchmarks import circles
+from benchmarks.circles import synthetic as circles
 from ods.base.arrays import Floats, Floats32, Ints
 from ods.messages import Detection
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import RUN, Regions
+from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.measure.echoes import measure_echoes
 from ods.pipeline.settings import PipelineSettings
 

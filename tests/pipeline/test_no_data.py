@@ -11,7 +11,7 @@ import pytest
 from ods.base.arrays import Bytes, Floats, Mask
 from ods.messages import Detection, Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.image.no_data import samples_without_data
+from ods.pipeline.image.missing.no_data import samples_without_data
 from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.settings import AttentionSettings, PipelineSettings
 from ods.pipeline.stage.params import BUILT_IN

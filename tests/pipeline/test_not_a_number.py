@@ -9,8 +9,8 @@ from ods.messages import Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.gained_image import GainedImage
-from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import RUN, Regions
+from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.params import StageError
 from ods.pipeline.stage.registry import detect_stage, gain_stage, image_stage

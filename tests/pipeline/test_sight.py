@@ -8,7 +8,7 @@ import pytest
 
 from ods.base.arrays import Bytes, Floats, Mask
 from ods.pipeline.chain import Chain
-from ods.pipeline.image.no_data import ALL_DATA
+from ods.pipeline.image.missing.no_data import ALL_DATA
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.sight import BlindnessMonitor, Unseen
 from tests.pipeline.pings import fan_bearings, make_ping

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
-from benchmarks import bed_spheres, circle_laws, circles
-from benchmarks.fitted_layers import Layers, beginning, fitted, variance_loss
+from benchmarks.circles import bed_spheres, laws as circle_laws, synthetic as circles
+from benchmarks.circles.fitted_layers import Layers, beginning, fitted, variance_loss
 from ods.assess.sea.assessment import shipped_folder
 from ods.assess.sea.run import head_at, images_of, scene_with_seed
 from ods.base.arrays import Image
 from ods.pipeline.chain import Chain
 from ods.pipeline.measure.echoes import LAWS
-from ods.pipeline.measure.features import Features
+from ods.pipeline.measure.sigmas.features import Features
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.by_name import find_sonar
 from tests.pipeline.steps import DR_M, measured

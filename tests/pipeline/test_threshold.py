@@ -13,9 +13,9 @@ from scipy import stats
 from ods.base.arrays import Floats
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.image.amplitude import sample_scale
-from ods.pipeline.image.recorded import Recorded
-from ods.pipeline.image.threshold import ThresholdFiller
+from ods.pipeline.image.missing.threshold import ThresholdFiller
+from ods.pipeline.image.samples.amplitude import sample_scale
+from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.settings import PipelineSettings
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping
 

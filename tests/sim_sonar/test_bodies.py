@@ -6,8 +6,8 @@ from hypothesis import given, settings, strategies as st
 
 from ods.base.arrays import Floats
 from ods.base.frames import geometry
-from ods.sim_sonar.echo import bodies
-from ods.sim_sonar.echo.bodies import BODY, FAR, Body, circle_radius, contains, hit
+from ods.sim_sonar.echo.bodies import bodies
+from ods.sim_sonar.echo.bodies.bodies import BODY, FAR, Body, circle_radius, contains, hit
 
 angle = st.floats(-3.0, 3.0)
 unit = st.floats(-1.0, 1.0)

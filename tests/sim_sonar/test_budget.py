@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from scipy.ndimage import uniform_filter
 
-from benchmarks.simulator_budget import HERE as LEVEL, SEABAT as SEABAT_FILE, error_of, scene_of, summed
+from benchmarks.simulator.budget import HERE as LEVEL, SEABAT as SEABAT_FILE, error_of, scene_of, summed
 from ods.base.arrays import Floats
-from ods.sim_sonar.echo.bodies import BODY, CYLINDER, PLANE, SPHERE
-from ods.sim_sonar.echo.detail import LEVEL_ERRORS
-from ods.sim_sonar.echo.ray_budget import ray_fan_of
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.bodies.bodies import BODY, CYLINDER, PLANE, SPHERE
+from ods.sim_sonar.echo.rays.detail import LEVEL_ERRORS
+from ods.sim_sonar.echo.rays.ray_budget import ray_fan_of
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.mean_area import Surroundings, mean_area
 from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.scene.timeline import Scene, load_scene

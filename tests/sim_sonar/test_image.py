@@ -7,11 +7,11 @@ from scipy import integrate
 
 from ods.base.arrays import Floats
 from ods.base.frames import geometry
-from ods.sim_sonar.echo import bodies
-from ods.sim_sonar.echo.bodies import BODY, Bodies
-from ods.sim_sonar.echo.motion_during_reception import as_received
-from ods.sim_sonar.echo.reflection import reflectivity
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.bodies import bodies
+from ods.sim_sonar.echo.bodies.bodies import BODY, Bodies
+from ods.sim_sonar.echo.bodies.motion_during_reception import as_received
+from ods.sim_sonar.echo.surface.reflection import reflectivity
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.image import ImageSimulator, render_image
 from ods.sim_sonar.mean_area import Surroundings, mean_area
 from ods.sim_sonar.pose import Transmission, VehiclePose

@@ -8,8 +8,8 @@ import pytest
 
 from ods.base.arrays import Floats
 from ods.base.frames import geometry
-from ods.sim_sonar.echo.bodies import BODY, Bodies, middles
-from ods.sim_sonar.echo.motion_during_reception import as_received
+from ods.sim_sonar.echo.bodies.bodies import BODY, Bodies, middles
+from ods.sim_sonar.echo.bodies.motion_during_reception import as_received
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.pose import Times, VehiclePose
 from ods.sim_sonar.scene.settings import Cylinder, Oscillation, Plane, SceneFile, Sphere, VehiclePath

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from ods.sim_sonar.echo.reflection import reflectivity
+from ods.sim_sonar.echo.surface.reflection import reflectivity
 from ods.sim_sonar.sonar.patterns import ELEVATION_NODES, horizontal_cumulative, horizontal_power, two_way_table
 
 

@@ -9,8 +9,8 @@ from scipy.ndimage import uniform_filter
 from ods.base.arrays import Floats
 from ods.base.frames import geometry
 from ods.base.settings_file import ConfigError
-from ods.sim_sonar.echo.bodies import BODY, PLANE, SPHERE, UNBOUNDED, Bodies
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.bodies.bodies import BODY, PLANE, SPHERE, UNBOUNDED, Bodies
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.mean_area import Surroundings, mean_area
 from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.scene.timeline import load_scene

@@ -14,7 +14,7 @@ from ods.base.frames import geometry
 from ods.sim_sonar.pose import Transmission, VehiclePose
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.receiver.signal_chain import Receiver
-from ods.sim_sonar.receiver.speckle_law import (
+from ods.sim_sonar.receiver.speckle.speckle_law import (
     TABLE_NODES,
     TABLE_REACH,
     beam_overlap_correlation,

@@ -8,7 +8,7 @@ from ods.base.arrays import Floats
 from ods.compiled import native
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.observer.horizontal import Learned
-from ods.tracker.observer.independent import IndependentState, Together
+from ods.tracker.observer.kalman.independent import IndependentState, Together
 from ods.tracker.observer.sensitivity import STATE, Heights
 from tests.tracker.fixes import fixes_of
 

@@ -11,11 +11,11 @@ from scipy.stats import multivariate_normal, norm
 from ods.base.arrays import Floats, Indices
 from ods.base.frames.geometry import quat_from_euler
 from ods.tracker.association.assignment import Assignment, Question
-from ods.tracker.association.clutter import ClutterDensity
-from ods.tracker.association.gating import Detectability, Hypotheses, hypotheses
 from ods.tracker.association.gnn import best_pairs
+from ods.tracker.association.hypotheses.clutter import ClutterDensity
+from ods.tracker.association.hypotheses.gating import Detectability, Hypotheses, hypotheses
 from ods.tracker.association.match import shown
-from ods.tracker.measurement.field_of_view import FieldOfView
+from ods.tracker.measurement.coverage.field_of_view import FieldOfView
 from ods.tracker.measurement.model import predicted_measurement
 from ods.tracker.measurement.scan import vehicle_at
 from ods.tracker.observer.belief import Belief, Estimate

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from ods.tracker.association.clutter import Clutter
+from ods.tracker.association.hypotheses.clutter import Clutter
 from ods.tracker.existence import lifecycle
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker

@@ -19,13 +19,13 @@ from ods.pose.buffer import PoseSettings
 from ods.pose.utc import VehicleUtc
 from ods.runtime.state_files import kept_file
 from ods.runtime.state_files.kept_file import HEAD, KeptFile
-from ods.tracker.checkpoint import MOST_CHANGES, Checkpoint, Checkpoints, Mission
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
+from ods.tracker.restart.checkpoint import MOST_CHANGES, Checkpoint, Checkpoints, Mission
+from ods.tracker.restart.state import MapChanges
 from ods.tracker.settings import OWN_OBSERVERS, LifeSettings, TrackerConfig, TrackerSettings
-from ods.tracker.state import MapChanges
 from ods.tracker.tracker import Tracker
 
 SECTOR = Sector(0.0, 100.0, -0.8, 0.8, 0.2)

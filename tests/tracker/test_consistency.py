@@ -1,14 +1,14 @@
 """Errors are as large as told where the sonar cannot see: elevation, wide beams, biased poses; all by simulated echoes.
 
-Few runs with fixed seeds of what `benchmarks.consistency` measures: echoes from eq. 1 without the project's geometry. A
-consistent tracker has a mean of 2; of 36 objects 95 % of the means lie within 0.6 of it. Before what pings share was
-kept, they were 9 to 20,000.
+Few runs with fixed seeds of what `benchmarks.tracker.consistency` measures: echoes from eq. 1 without the project's
+geometry. A consistent tracker has a mean of 2; of 36 objects 95 % of the means lie within 0.6 of it. Before what pings
+share was kept, they were 9 to 20,000.
 """
 
 import numpy as np
 import pytest
 
-from benchmarks.consistency import Case, one_run
+from benchmarks.tracker.consistency import Case, one_run
 from ods.tracker.observer.registry import OBSERVERS
 
 pytestmark = pytest.mark.slow
@@ -84,7 +84,7 @@ def test_wide_beams_and_biased_poses(observer: str) -> None:
 
 
 def test_what_creeps_unseen_is_told() -> None:
-    """Before, the means were 3.4, 4.1 and 3.1 (8 runs of `benchmarks.consistency`)."""
+    """Before, the means were 3.4, 4.1 and 3.1 (8 runs of `benchmarks.tracker.consistency`)."""
     for speed, told_s in CREEPING:
         case = Case("creeping", 50.0, 0.1, object_speed=speed)
         found = [one_run(case, "manoeuvring", np.random.default_rng([0, run]), [told_s]) for run in range(8)]

@@ -11,8 +11,8 @@ import pytest
 from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.base.frames.geometry import quat_from_euler
-from ods.tracker.measurement.cut_off import nothing_twice
-from ods.tracker.measurement.field_of_view import coverage_of, field_of_view
+from ods.tracker.measurement.coverage.cut_off import nothing_twice
+from ods.tracker.measurement.coverage.field_of_view import coverage_of, field_of_view
 from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.scan import Echoes, Scan, echoes_of, vehicle_at
 from ods.tracker.named import Named

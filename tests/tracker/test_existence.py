@@ -20,8 +20,8 @@ from ods.tracker.existence.evidence import (
 from ods.tracker.existence.lifecycle import ACTIVE, TENTATIVE
 from ods.tracker.existence.model import EXISTENCE, MODEL
 from ods.tracker.measurement.scan import LARGEST_PATCH_M, Echoes, echoes_of
+from ods.tracker.restart.state import TrackerState
 from ods.tracker.settings import EchoSettings, LifeSettings, TrackerSettings
-from ods.tracker.state import TrackerState
 from ods.tracker.track.tracks import History
 from ods.tracker.tracker import Tracker
 from tests.tracker.judged import EVEN, states_after, table, take_scan

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from benchmarks.harbour import figures, read, tracked, visits_of
+from benchmarks.tracker.harbour import figures, read, tracked, visits_of
 from ods.tracker.settings import TrackerSettings
 
 RECORDING = Path(__file__).parent.parent / "data/aracati2017/aracati_detections.npz"

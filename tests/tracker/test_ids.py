@@ -1,8 +1,8 @@
 """Ids are small, whatever happens at the start, and none is given twice."""
 
 from ods.base import clock
-from ods.tracker.checkpoint import Checkpoints
-from ods.tracker.ids import ABOVE_ALL, ID_BLOCK, MOST_A_MISSION, PROVISIONAL_IDS, first_of, provisional_first_id
+from ods.tracker.restart.checkpoint import Checkpoints
+from ods.tracker.restart.ids import ABOVE_ALL, ID_BLOCK, MOST_A_MISSION, PROVISIONAL_IDS, first_of, provisional_first_id
 from tests.tracker.played import good, played
 from tests.tracker.test_checkpoint import CONFIG
 

@@ -4,7 +4,6 @@ import numpy as np
 from hypothesis import given, settings, strategies as st
 from numpy.typing import NDArray
 
-from benchmarks.covariance_forms import ACCELERATION_NOISE, Factors
 from tests.tracker import axis
 
 Long = NDArray[np.longdouble]
@@ -135,18 +134,6 @@ def test_it_stays_positive_definite_whatever_the_noise() -> None:
         assert (lines.variance > 0.0).all()
         assert (lines.residual > 0.0).all()
     assert np.isfinite(np.stack(lines)).all()
-
-
-def test_the_forms_compared_are_those_of_the_tracker() -> None:
-    """What the benchmark of forms measures in either precision is what the tracker computes."""
-    forms = Factors(3, np.float64)
-    lines = axis.AxisState(*np.repeat(np.array([[0.0], [0.0], [1.0], [0.0], [1.0]]), 3, axis=1))
-    for k in range(5):
-        noise = np.array([0.01, 1.0, 100.0]) * (1.0 + k)
-        forms.predict(0.3 + k)
-        forms.update(noise)
-        lines = axis.update(axis.predict(lines, 0.3 + k, ACCELERATION_NOISE), np.zeros(3), noise)
-    np.testing.assert_allclose(np.stack(lines)[2:], [forms.variance, forms.slope, forms.residual], rtol=1e-12)
 
 
 def test_everything_known_exactly_stays_so() -> None:

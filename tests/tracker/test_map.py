@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from ods.base import clock
-from ods.tracker.ids import ID_BLOCK, provisional_first_id
 from ods.tracker.map import schema
 from ods.tracker.map.hibernated import SKIN_M, HibernatedObjects
 from ods.tracker.map.keeper import MapKeeper
@@ -21,6 +20,7 @@ from ods.tracker.map.link import OBJECTS_A_PACKET
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.schema import SCHEMA_VERSION
 from ods.tracker.map.store import MapError, copy_of_map, open_map
+from ods.tracker.restart.ids import ID_BLOCK, provisional_first_id
 from ods.tracker.settings import MapSettings
 
 ORIGIN = (57.0, 10.0)

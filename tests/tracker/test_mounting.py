@@ -22,7 +22,7 @@ from ods.pose.buffer import PoseBuffer, PoseSettings
 from ods.pose.head import head_of
 from ods.runtime.processes import PROCESSES
 from ods.runtime.service import Service
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.settings import SceneFile, Sphere, VehiclePath
 from ods.sim_sonar.scene.timeline import Scene

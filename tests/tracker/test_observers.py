@@ -12,7 +12,7 @@ from ods.tracker.measurement.model import ATTITUDE, UNSEEN, PositionMeasurement
 from ods.tracker.named import Named
 from ods.tracker.observer.belief import moment_match
 from ods.tracker.observer.horizontal import NewPlaces
-from ods.tracker.observer.imm import FACTORS, InteractingModels, Model
+from ods.tracker.observer.kalman.imm import FACTORS, InteractingModels, Model
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.observer.registry import OBSERVERS, Observer, make_observer
 from ods.tracker.observer.sensitivity import STATE, Heights

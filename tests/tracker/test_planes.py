@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from benchmarks.planes import ELEVATIONS_DEG, found_in, hovering, pings_of, seen_of, tracked
+from benchmarks.tracker.planes import ELEVATIONS_DEG, found_in, hovering, pings_of, seen_of, tracked
 from ods.base.arrays import Floats
 from ods.messages import Detection, Detections, Sector
 from ods.tracker.measurement.from_detections import received

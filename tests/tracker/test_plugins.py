@@ -10,7 +10,7 @@ from ods.assess.track.scenarios import make
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.named import Named, keep
 from ods.tracker.observer.horizontal import HorizontalFilter, NewPlaces
-from ods.tracker.observer.independent import IndependentAxes
+from ods.tracker.observer.kalman.independent import IndependentAxes
 from ods.tracker.observer.sensitivity import Heights
 from ods.tracker.scenario import track_scenario
 from ods.tracker.settings import PLUGINS, MotionSettings, TrackerSettings

@@ -9,7 +9,7 @@ from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.base.frames.geometry import quat_from_euler
 from ods.messages import Sector
-from ods.tracker.measurement.pose_noise import UNSURE, PoseNoise
+from ods.tracker.measurement.pose.pose_noise import UNSURE, PoseNoise
 from ods.tracker.measurement.scan import Scan, Vehicle, echoes_of, vehicle_at
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker

@@ -10,7 +10,7 @@ from hypothesis import assume, given, strategies as st
 from ods.base.arrays import Floats, Indices
 from ods.base.frames.geometry import quat_from_euler
 from ods.tracker.association.assignment import Question
-from ods.tracker.association.gating import Hypotheses
+from ods.tracker.association.hypotheses.gating import Hypotheses
 from ods.tracker.association.jpda import LEAST_GAIN, probabilistic, shares
 from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurement
 from ods.tracker.measurement.scan import vehicle_at

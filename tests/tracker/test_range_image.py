@@ -12,7 +12,7 @@ from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.scene.timeline import Scene
 from ods.tracker.clearance.clearance import ClearanceKeeper
-from ods.tracker.measurement.looked import Looked
+from ods.tracker.measurement.coverage.looked import Looked
 from ods.tracker.settings import ClearanceSettings
 from tests.range_images import PERIOD_S, pings_of, poses_of, scene_of, shipped_scene, sphere
 

@@ -14,10 +14,10 @@ from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.messages import Pose
 from ods.pose.buffer import PoseBuffer, PoseEstimate
-from ods.tracker.measurement import motion_during_reception
-from ods.tracker.measurement.field_of_view import coverage_of, field_of_view
+from ods.tracker.measurement.coverage.field_of_view import coverage_of, field_of_view
 from ods.tracker.measurement.model import PredictedMeasurement
-from ods.tracker.measurement.motion_during_reception import Listening
+from ods.tracker.measurement.pose import motion_during_reception
+from ods.tracker.measurement.pose.motion_during_reception import Listening
 from ods.tracker.measurement.scan import Echoes, echoes_of
 from ods.tracker.named import Named
 from tests.tracker.samples import SECTOR

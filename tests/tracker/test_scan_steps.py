@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.against import STEPS
+from benchmarks.tracker.against import STEPS
 from ods.assess.track.case import observe, save_case
 from ods.assess.track.scenarios import clock, world
 

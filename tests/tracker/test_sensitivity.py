@@ -10,7 +10,7 @@ from ods.compiled import native
 from ods.tracker.measurement.model import BEND, CLIMB, HEIGHT, UNSEEN, PositionMeasurement
 from ods.tracker.named import Named
 from ods.tracker.observer.horizontal import NewPlaces
-from ods.tracker.observer.imm import InteractingModels, Model
+from ods.tracker.observer.kalman.imm import InteractingModels, Model
 from ods.tracker.observer.motion_hypotheses import CommonState
 from ods.tracker.observer.sensitivity import Heights
 from ods.tracker.settings import MotionSettings

@@ -9,7 +9,7 @@ import pytest
 from ods.base.clock import NS
 from ods.messages import UnseenPart
 from ods.tracker.existence import lifecycle
-from ods.tracker.measurement.field_of_view import FieldOfView, look_elsewhere
+from ods.tracker.measurement.coverage.field_of_view import FieldOfView, look_elsewhere
 from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.scan import not_swept_of, unseen_of
 from ods.tracker.named import Named

@@ -13,14 +13,14 @@ from ods.messages import Detections, Pose
 from ods.pipeline.offline import detect_pings
 from ods.pipeline.settings import PipelineSettings
 from ods.pose.buffer import PoseBuffer
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.settings import Oscillation, SceneFile, Sphere, VehiclePath
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sea_bed.settings import SeaBed
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.tracker.existence.lifecycle import ACTIVE
-from ods.tracker.measurement import motion_during_reception
+from ods.tracker.measurement.pose import motion_during_reception
 from ods.tracker.measurement.scan import Scan, echo_table_of, echoes_of, vehicle_at
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker

@@ -9,8 +9,8 @@ from ods.base.settings import Settings
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import RUN, Regions
+from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.settings import PipelineSettings, StageTable
 from ods.pipeline.stage.registry import detect_stage
 from ods.pipeline.stage.step import PreparedDetector

@@ -12,7 +12,7 @@ from ods.assess.images.labelled import LabelledImage, Target, circle_target
 from ods.base.files.shipped import shipped_file
 from ods.base.frames import geometry
 from ods.messages import TruthObject
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.receiver.settings import Belt, DropIn, Dropout, ImageLevels
 from ods.sim_sonar.scene.settings import Cylinder, Plane, SceneFile, Sphere, VehiclePath

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.sim_sonar.echo.bodies import CYLINDER, PLANE, Body, circle_radius
+from ods.sim_sonar.echo.bodies.bodies import CYLINDER, PLANE, Body, circle_radius
 from ods.sim_sonar.scene.settings import Plane
 from ods.sim_sonar.scene.timeline import Scene
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ods.base.choices import none_of
 from ods.base.errors import OdsError
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.receiver.settings import ImageLevels, Interference, SecondWay
 from ods.sim_sonar.scene.settings import Cylinder, Oscillation, Plane, SceneFile, Sphere, VehiclePath
 

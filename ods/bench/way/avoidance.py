@@ -12,7 +12,7 @@ from ods.bench.settings import AvoidLimits
 from ods.messages import Vector3, VehicleSetPoint, VehicleTruth
 from ods.offline.run_record import Log
 from ods.planner.settings import SteeringSettings
-from ods.sim_sonar.echo.bodies import clearances
+from ods.sim_sonar.echo.bodies.bodies import clearances
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.settings import VehicleSettings
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from ods.base.frames.mounting import MountingSettings
 from ods.missions.world import World
-from ods.sim_sonar.echo.bodies import Bodies
+from ods.sim_sonar.echo.bodies.bodies import Bodies
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.steered import Steered
 

@@ -1,7 +1,7 @@
 /* An image divided by the level of each cell's surroundings, along the beam (cfar.py). */
 
-#include "ods/pipeline/filter/lanes.h"
-#include "ods/pipeline/image/padding.h"
+#include "ods/pipeline/filter/rows/lanes.h"
+#include "ods/pipeline/filter/rows/padding.h"
 
 enum method { CA, GOCA, SOCA, OS }; /* places in cfar.py's _METHODS */
 

@@ -8,12 +8,12 @@ import numpy as np
 
 from ods.base.arrays import Image
 from ods.compiled import native
-from ods.pipeline.detect.grouping import DetectionLevels, Grouping
-from ods.pipeline.detect.noise import NoiseMeter
-from ods.pipeline.detect.tail import TailQuantile
+from ods.pipeline.detect.background.noise import NoiseMeter
+from ods.pipeline.detect.background.tail import TailQuantile
+from ods.pipeline.detect.regions.grouping import DetectionLevels, Grouping
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
+from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.stage.params import CfarParams
 from ods.pipeline.stage.registry import detect_stage
 from ods.pipeline.stage.step import PreparedDetector

@@ -3,15 +3,15 @@
 from collections.abc import Iterable
 
 from ods.base.arrays import Image
-from ods.pipeline.detect.crests import LocalThreshold, reaching
-from ods.pipeline.detect.grouping import DetectionLevels, Grouping
-from ods.pipeline.detect.noise import NoiseMeter
-from ods.pipeline.detect.rise import Rise
-from ods.pipeline.detect.tail import TailQuantile
+from ods.pipeline.detect.background.crests import LocalThreshold, reaching
+from ods.pipeline.detect.background.noise import NoiseMeter
+from ods.pipeline.detect.background.rise import Rise
+from ods.pipeline.detect.background.tail import TailQuantile
+from ods.pipeline.detect.regions.grouping import DetectionLevels, Grouping
 from ods.pipeline.fronts.windows import can_be_judged
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
+from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.stage.params import OneLevelParams, TwoLevelParams
 from ods.pipeline.stage.registry import detect_stage
 from ods.pipeline.stage.step import PreparedDetector

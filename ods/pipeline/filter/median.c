@@ -2,7 +2,7 @@
 
    Of other nestings of the same minima and maxima gcc makes ten instructions where of these it makes one. */
 
-#include "ods/pipeline/filter/ring.h"
+#include "ods/pipeline/filter/rows/ring.h"
 #include "ods/pipeline/image/gained_image.h"
 
 /* Longest window. */

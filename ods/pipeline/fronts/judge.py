@@ -5,8 +5,8 @@ import numpy as np
 from ods.base.arrays import AnyArray, Floats
 from ods.pipeline.fronts.network import learnt
 from ods.pipeline.fronts.windows import Windows
-from ods.pipeline.image.amplitude import SampleScale
-from ods.pipeline.image_layout import ImageLayout
+from ods.pipeline.image.image_layout import ImageLayout
+from ods.pipeline.image.samples.amplitude import SampleScale
 
 LEAST_FRONT = 0.12
 """Of `Detection.front`, for weak detections. The tracker sees many images: one that is taken for the bottom now and

@@ -1,6 +1,6 @@
 /* A small convolutional network (network.py). Two thirds of what its layers make are 0: only the rest is weighed. */
 
-#include "ods/pipeline/filter/lanes.h"
+#include "ods/pipeline/filter/rows/lanes.h"
 
 typedef int32_t EightPlaces __attribute__((vector_size(32), aligned(4), may_alias));
 

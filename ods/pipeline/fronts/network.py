@@ -1,4 +1,4 @@
-"""A small convolutional network, learnt from simulated beds and bodies by `benchmarks.train_fronts`.
+"""A small convolutional network, learnt from simulated beds and bodies by `benchmarks.detection.train_fronts`.
 
 Three layers that see how levels change along the range and across the beams, and two that weigh what they saw. Why no
 single number does it, and how well this one does: docs/decisions/0020-fronts-by-a-network.md.
@@ -61,7 +61,7 @@ class Network(NamedTuple):
 
 
 def network_of(arrays: Mapping[str, Floats32]) -> Network:
-    """Return the network of arrays as `benchmarks.train_fronts` keeps them.
+    """Return the network of arrays as `benchmarks.detection.train_fronts` keeps them.
 
     `convolution0`, ...: (beams, cells, in, out); `hidden`, `last`: (in, out); each with a `..._bias` (out,).
     """

@@ -1,6 +1,6 @@
 /* The recorded samples around where an echo sets in, as levels (windows.py). */
 
-#include "ods/pipeline/image/samples.h"
+#include "ods/pipeline/image/samples/samples.h"
 
 /* Of a window's mean amplitude, added to each, so that none is not infinitely below its surroundings. */
 #define LEAST 0.01f

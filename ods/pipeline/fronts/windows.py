@@ -6,9 +6,9 @@ import numpy as np
 
 from ods.base.arrays import AnyArray, Floats, Floats32, Ints
 from ods.compiled import native
-from ods.pipeline.image.amplitude import Decimation, SampleScale, to_amplitude
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image_layout import ImageLayout
+from ods.pipeline.image.image_layout import ImageLayout
+from ods.pipeline.image.samples.amplitude import Decimation, SampleScale, to_amplitude
 
 CELL_M, LONGEST_CELL = 0.1, 1.34
 """Length of a cell along the range; the samples of a cell make 0.67 times that to this ratio."""

@@ -10,8 +10,8 @@
 #define ODS_GAINED_IMAGE_H
 
 #include "kernel.h"
-#include "ods/pipeline/image/padding.h"
-#include "ods/pipeline/image/samples.h"
+#include "ods/pipeline/filter/rows/padding.h"
+#include "ods/pipeline/image/samples/samples.h"
 
 /* An image of (beams, samples) amplitudes: (cells[b, first + j] + offset) * gain at b, j.
    The gain of beam b is of_beam[b] times that of row above[b], moved by share[b] towards the next row's. */

@@ -1,6 +1,6 @@
 /* Pulses at a train's places that no echo shows, from the images of the last pings: see buried_pulses.py. */
 
-#include "ods/pipeline/image/samples.h"
+#include "ods/pipeline/image/samples/samples.h"
 
 /* What is compared is so long in range, m: a pulse of 0.5 ms. It begins so far before where an echo seems to begin. */
 #define WIDTH_M 0.4

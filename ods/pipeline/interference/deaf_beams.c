@@ -1,9 +1,9 @@
 /* Beams that say nothing of the water: saturated ones, and such as receive a source that sounds without end. See
    deaf_beams.py. */
 
-#include "ods/pipeline/filter/lanes.h"
-#include "ods/pipeline/image/no_data.h"
-#include "ods/pipeline/image/samples.h"
+#include "ods/pipeline/filter/rows/lanes.h"
+#include "ods/pipeline/image/missing/no_data.h"
+#include "ods/pipeline/image/samples/samples.h"
 
 /* Parts of the range, */
 #define RINGS 16

@@ -14,7 +14,7 @@ from ods.base.arrays import AnyArray, Bytes, Mask
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Ping
-from ods.pipeline.image.amplitude import FULL_SCALE, db_a_count
+from ods.pipeline.image.samples.amplitude import FULL_SCALE, db_a_count
 
 RINGS = 16
 """Parts of the range."""

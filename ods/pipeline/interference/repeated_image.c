@@ -1,6 +1,6 @@
 /* What of an image no later one can have again: the signs of differences of neighbouring samples (repeated_image.py). */
 
-#include "ods/pipeline/image/samples.h"
+#include "ods/pipeline/image/samples/samples.h"
 
 /* Places that are looked at, spread over the image, and differences at each, one a bit. */
 #define PLACES 128

@@ -14,7 +14,7 @@ from ods.base.arrays import Floats, Indices
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Ping
-from ods.pipeline.image.amplitude import db_a_count
+from ods.pipeline.image.samples.amplitude import db_a_count
 from ods.pipeline.measure.echoes import EchoTable
 
 STEP_M, STEPS = 0.25, 160

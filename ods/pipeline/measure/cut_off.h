@@ -3,9 +3,9 @@
 #ifndef ODS_CUT_OFF_H
 #define ODS_CUT_OFF_H
 
-#include "ods/pipeline/image/recorded.h"
+#include "ods/pipeline/image/samples/recorded.h"
 #include "ods/pipeline/measure/echo.h"
-#include "ods/pipeline/measure/enclosing_circle.h"
+#include "ods/pipeline/measure/circle/enclosing_circle.h"
 #include "ods/pipeline/measure/region.h"
 
 /* Standard deviation of the place of an object of which a part is hidden. */

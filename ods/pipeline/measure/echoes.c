@@ -1,10 +1,10 @@
 /* From regions to echoes: levels, extents, near edge, and the circle that stands for each object. */
 
 #include "ods/pipeline/measure/cut_off.h"
-#include "ods/pipeline/measure/features.h"
+#include "ods/pipeline/measure/sigmas/features.h"
 #include "ods/pipeline/measure/onset.h"
 #include "ods/pipeline/measure/response.h"
-#include "ods/pipeline/measure/sigmas.h"
+#include "ods/pipeline/measure/sigmas/sigmas.h"
 
 /* Levels and widths of an image. */
 typedef struct {

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from ods.base.arrays import Floats, Image, Mask
 from ods.compiled import native
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
-from ods.pipeline.measure.features import Features
+from ods.pipeline.image.samples.recorded import Recorded
+from ods.pipeline.measure.sigmas.features import Features
 from ods.pipeline.stage.params import NotANumberError
 
 ECHO = np.dtype(
@@ -52,8 +52,8 @@ ROW = Struct("6dq9d?7x5d")
 EchoTable = NDArray[np.void]
 """(regions,) of ECHO."""
 
-LAWS = Path(__file__).with_name("laws.npz")
-"""Of the standard deviations of circles (sigmas.h), by `python -m benchmarks.circle_laws`."""
+LAWS = Path(__file__).parent / "sigmas" / "laws.npz"
+"""Of the standard deviations of circles (sigmas.h), by `python -m benchmarks.circles.laws`."""
 with np.load(LAWS) as _arrays:
     _LAWS = tuple(_arrays[name] for name in ("sigmas_hidden", "sigmas_out", "range_hidden", "range_out"))
 NO_ECHOES: EchoTable = np.empty(0, ECHO)

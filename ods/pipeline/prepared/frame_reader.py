@@ -3,12 +3,12 @@
 import numpy as np
 
 from ods.base.arrays import AnyArray, Mask
-from ods.pipeline.image.amplitude import Decimation, SampleScale, average_counts, mean_offset, to_amplitude
 from ods.pipeline.image.double_buffer import DoubleBuffer
-from ods.pipeline.image.fill import dither, draw, fill_gaps
 from ods.pipeline.image.gained_image import GainedImage, of_gain_1
-from ods.pipeline.image.no_data import share_of_zeros
-from ods.pipeline.image_layout import ImageLayout
+from ods.pipeline.image.image_layout import ImageLayout
+from ods.pipeline.image.missing.fill import dither, draw, fill_gaps
+from ods.pipeline.image.missing.no_data import share_of_zeros
+from ods.pipeline.image.samples.amplitude import Decimation, SampleScale, average_counts, mean_offset, to_amplitude
 
 _QUIET = 0.25
 """From this share of zero counts on, a count is no small part of the noise."""

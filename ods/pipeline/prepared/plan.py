@@ -10,9 +10,9 @@ import numpy as np
 
 from ods.base.arrays import SAMPLE_DTYPES, Floats
 from ods.messages import Ping, Sector
-from ods.pipeline.image.amplitude import SampleScale, sample_scale
 from ods.pipeline.image.fan import Fan, beam_borders
-from ods.pipeline.image_layout import ALL, MAX_RANGE, ImageLayout, layout, rings_of, scheduled
+from ods.pipeline.image.image_layout import ALL, MAX_RANGE, ImageLayout, layout, rings_of, scheduled
+from ods.pipeline.image.samples.amplitude import SampleScale, sample_scale
 from ods.pipeline.settings import PipelineSettings
 
 MAX_BEARING = math.pi

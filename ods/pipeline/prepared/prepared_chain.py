@@ -8,14 +8,14 @@ import numpy as np
 
 from ods.base.arrays import AnyArray, Image, Mask
 from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
-from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.double_buffer import DoubleBuffer
-from ods.pipeline.image.fill import blank_gaps
 from ods.pipeline.image.gained_image import GainedImage
-from ods.pipeline.image.recorded import Recorded, RegionNumbers, cells_without_data, paint, with_samples_lent
+from ods.pipeline.image.image_layout import ImageLayout, RangeBand
+from ods.pipeline.image.missing.fill import blank_gaps
+from ods.pipeline.image.missing.threshold import AMPLITUDES, ThresholdFiller
 from ods.pipeline.image.regions import Regions, chosen, shared_at
-from ods.pipeline.image.threshold import AMPLITUDES, ThresholdFiller
-from ods.pipeline.image_layout import ImageLayout, RangeBand
+from ods.pipeline.image.samples.amplitude import SampleScale
+from ods.pipeline.image.samples.recorded import Recorded, RegionNumbers, cells_without_data, paint, with_samples_lent
 from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, measure_echoes, parted
 from ods.pipeline.prepared.filter_chain import FilterChain
 from ods.pipeline.prepared.frame_reader import FrameReader

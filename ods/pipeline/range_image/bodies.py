@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices
 from ods.messages import Detection
-from ods.pipeline.measure.enclosing_circle import smallest_circle
+from ods.pipeline.measure.circle.enclosing_circle import smallest_circle
 from ods.pipeline.range_image.points import RangePixels
 
 SIGMA_RANGE_M = 0.03

@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import AnyArray, Indices
 from ods.messages import Detection, Detections, Ping, Pose, RangeGrid, Sector
-from ods.pipeline.image.recorded import RegionNumbers
+from ods.pipeline.image.samples.recorded import RegionNumbers
 from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.range_image.bodies import detection_of, pieces_of
 from ods.pipeline.range_image.bottom import bottom_of

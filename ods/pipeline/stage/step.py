@@ -10,8 +10,8 @@ from ods.base.arrays import Floats, Image
 from ods.messages import Pose
 from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.gained_image import GainedImage
-from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
+from ods.pipeline.image.samples.recorded import Recorded
 from ods.pose.buffer import PoseEstimate
 
 

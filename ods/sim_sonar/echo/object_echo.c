@@ -1,10 +1,10 @@
 /* The mean echo of one object, by columns of bearing that just cover it (see object_echo.py). */
 
-#include "ods/sim_sonar/echo/bodies.h"
-#include "ods/sim_sonar/echo/flat_surface.h"
-#include "ods/sim_sonar/echo/mixing.h"
-#include "ods/sim_sonar/echo/ray_budget.h"
-#include "ods/sim_sonar/echo/reflection.h"
+#include "ods/sim_sonar/echo/bodies/bodies.h"
+#include "ods/sim_sonar/echo/surface/flat_surface.h"
+#include "ods/sim_sonar/echo/rays/mixing.h"
+#include "ods/sim_sonar/echo/rays/ray_budget.h"
+#include "ods/sim_sonar/echo/surface/reflection.h"
 
 /* Beam widths from a column within which beams receive it on its own; the others receive it with its neighbours. */
 #define NEAR_WIDTHS 3.0

@@ -13,8 +13,8 @@ import numpy as np
 
 from ods.base.arrays import Floats, Ints
 from ods.compiled import native
-from ods.sim_sonar.echo.bodies import Bodies
-from ods.sim_sonar.echo.ray_budget import RayFan
+from ods.sim_sonar.echo.bodies.bodies import Bodies
+from ods.sim_sonar.echo.rays.ray_budget import RayFan
 from ods.sim_sonar.sonar.grid import Grid
 
 

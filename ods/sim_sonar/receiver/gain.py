@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.sim_sonar.receiver.random_field import normal, uniform
 from ods.sim_sonar.receiver.settings import Belt, DropIn, Dropout, ImageLevels, Tvg
+from ods.sim_sonar.receiver.speckle.random_field import normal, uniform
 from ods.sim_sonar.sonar.model import SonarModel
 
 BEAM_STREAM, CHANCE_STREAM, PLACE_STREAM = 2, 3, 4

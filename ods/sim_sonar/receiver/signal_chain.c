@@ -1,6 +1,6 @@
 /* From the area that each sample receives to the amplitude that the sonar shows. */
 
-#include "ods/sim_sonar/receiver/random_field.h"
+#include "ods/sim_sonar/receiver/speckle/random_field.h"
 
 /* Keeps a share of the power finite where there is none. */
 #define LEAST_POWER 1e-30f

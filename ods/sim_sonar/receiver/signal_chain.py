@@ -9,10 +9,10 @@ from ods.compiled import native
 from ods.sim_sonar.pose import Transmission
 from ods.sim_sonar.receiver import gain
 from ods.sim_sonar.receiver.interference import arrivals, beam_weights
-from ods.sim_sonar.receiver.random_field import Keys, Normals, bits64, make_keys, normal_table
 from ods.sim_sonar.receiver.settings import DropIn, Dropout, ImageLevels
-from ods.sim_sonar.receiver.speckle import SpeckleField
-from ods.sim_sonar.receiver.speckle_law import (
+from ods.sim_sonar.receiver.speckle.random_field import Keys, Normals, bits64, make_keys, normal_table
+from ods.sim_sonar.receiver.speckle.speckle import SpeckleField
+from ods.sim_sonar.receiver.speckle.speckle_law import (
     TABLE_REACH,
     beam_overlap_correlation,
     frozen_correlation,

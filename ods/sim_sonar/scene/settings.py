@@ -8,7 +8,7 @@ import msgspec
 
 from ods.base.frames.mounting import MountingSettings
 from ods.base.settings import NonNegativeInt, Positive, Settings
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.sea_bed.settings import SeaBed
 

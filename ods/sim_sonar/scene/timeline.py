@@ -11,7 +11,7 @@ from ods.base.arrays import Floats
 from ods.base.frames import geometry
 from ods.base.frames.mounting import Mounting, MountingSettings
 from ods.base.settings_file import ConfigError, load
-from ods.sim_sonar.echo.bodies import (
+from ods.sim_sonar.echo.bodies.bodies import (
     BODY,
     CYLINDER,
     PLANE,

@@ -1,10 +1,10 @@
 /* A flat sea-bed's echo: columns in closed form, and what lies between them. */
 
-#include "ods/sim_sonar/echo/bodies.h"
-#include "ods/sim_sonar/echo/flat_surface.h"
-#include "ods/sim_sonar/echo/mixing.h"
-#include "ods/sim_sonar/echo/ray_budget.h"
-#include "ods/sim_sonar/echo/shadow.h"
+#include "ods/sim_sonar/echo/bodies/bodies.h"
+#include "ods/sim_sonar/echo/surface/flat_surface.h"
+#include "ods/sim_sonar/echo/rays/mixing.h"
+#include "ods/sim_sonar/echo/rays/ray_budget.h"
+#include "ods/sim_sonar/echo/bodies/shadow.h"
 
 /* A bearing's echo is computed at no more places than so many a beam. */
 #define MOST_PARTS 4

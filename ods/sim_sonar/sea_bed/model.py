@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.sim_sonar.echo.reflection import reflectivity_table
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.surface.reflection import reflectivity_table
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.sea_bed.height_field import HeightField, height_at, load_field, seeded_field
 from ods.sim_sonar.sea_bed.settings import SeaBed
 

@@ -7,11 +7,11 @@
    horizon. */
 
 #include "ods/sim_sonar/sea_bed/rough.h"
-#include "ods/sim_sonar/echo/bodies.h"
-#include "ods/sim_sonar/echo/interpolation.h"
-#include "ods/sim_sonar/echo/mixing.h"
-#include "ods/sim_sonar/echo/ray_budget.h"
-#include "ods/sim_sonar/echo/shadow.h"
+#include "ods/sim_sonar/echo/bodies/bodies.h"
+#include "ods/sim_sonar/echo/rays/interpolation.h"
+#include "ods/sim_sonar/echo/rays/mixing.h"
+#include "ods/sim_sonar/echo/rays/ray_budget.h"
+#include "ods/sim_sonar/echo/bodies/shadow.h"
 
 /* Least cosine between a step and the ray that is distinguished from 0: there the whole step lies at one range. */
 #define STEEPEST 0.02

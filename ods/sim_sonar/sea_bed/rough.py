@@ -6,9 +6,9 @@ import numpy as np
 
 from ods.base.arrays import Floats, Floats32
 from ods.compiled import native
-from ods.sim_sonar.echo.detail import Detail
-from ods.sim_sonar.echo.ray_budget import RayFan
-from ods.sim_sonar.echo.shadow import Shades
+from ods.sim_sonar.echo.bodies.shadow import Shades
+from ods.sim_sonar.echo.rays.detail import Detail
+from ods.sim_sonar.echo.rays.ray_budget import RayFan
 from ods.sim_sonar.sonar.grid import Grid
 
 

@@ -6,7 +6,7 @@ from typing import Annotated
 import msgspec
 
 from ods.base.settings import NonNegative, NonNegativeInt, Positive, Settings
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.surface.settings import Surface
 
 
 class Roughness(Settings, frozen=True, kw_only=True):

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.sim_sonar.echo.bodies import FAR
-from ods.sim_sonar.echo.detail import Detail
-from ods.sim_sonar.echo.flat_surface import FlatSurface, flat_surface
-from ods.sim_sonar.echo.ray_budget import RayFan
-from ods.sim_sonar.echo.shadow import Shades
+from ods.sim_sonar.echo.bodies.bodies import FAR
+from ods.sim_sonar.echo.bodies.shadow import Shades
+from ods.sim_sonar.echo.rays.detail import Detail
+from ods.sim_sonar.echo.rays.ray_budget import RayFan
+from ods.sim_sonar.echo.surface.flat_surface import FlatSurface, flat_surface
 from ods.sim_sonar.sea_bed.flat import add_flat_bed, flat_ranges
 from ods.sim_sonar.sea_bed.model import SeaBedModel
 from ods.sim_sonar.sea_bed.rough import RoughBed, add_rough_bed, rough_ranges

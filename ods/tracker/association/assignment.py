@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Mask
-from ods.tracker.association.gating import Hypotheses
+from ods.tracker.association.hypotheses.gating import Hypotheses
 from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.scan import Echoes
 from ods.tracker.named import Named

@@ -3,7 +3,7 @@
 #ifndef ODS_GNN_H
 #define ODS_GNN_H
 
-#include "ods/tracker/association/gating.h"
+#include "ods/tracker/association/hypotheses/gating.h"
 
 /* Marks as chosen those of the pairs that are `possible`, with a score above 0, and have no rival among these; fills in
    those that have one, and returns how many these are. n objects, m echoes. */

@@ -5,7 +5,7 @@ import numpy as np
 from ods.base.arrays import Floats, Indices, Mask
 from ods.compiled import native
 from ods.tracker.association.assignment import Assignment, Question
-from ods.tracker.association.gating import Hypotheses
+from ods.tracker.association.hypotheses.gating import Hypotheses
 from ods.tracker.linear_assignment import best_columns
 
 

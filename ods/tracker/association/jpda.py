@@ -12,8 +12,8 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.compiled import native
 from ods.tracker.association.assignment import Assignment, Question
-from ods.tracker.association.gating import Hypotheses
 from ods.tracker.association.gnn import settle
+from ods.tracker.association.hypotheses.gating import Hypotheses
 from ods.tracker.measurement.scan import Echoes
 
 LEAST_GAIN = 0.05

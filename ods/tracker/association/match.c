@@ -1,6 +1,6 @@
 /* What one image says about the objects, once its echoes are given to them (match.py). */
 
-#include "ods/tracker/association/gating.h"
+#include "ods/tracker/association/hypotheses/gating.h"
 #include "ods/tracker/association/split_merged.h"
 #include "ods/tracker/measurement/model.h"
 #include "ods/tracker/existence/evidence.h"

@@ -6,14 +6,14 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
 from ods.compiled import native
-from ods.tracker.association import gating
 from ods.tracker.association.assignment import Assignment, Question
-from ods.tracker.association.clutter import Clutter, ClutterDensity
-from ods.tracker.association.gating import Detectability
+from ods.tracker.association.hypotheses import gating
+from ods.tracker.association.hypotheses.clutter import Clutter, ClutterDensity
+from ods.tracker.association.hypotheses.gating import Detectability
 from ods.tracker.association.registry import Association
 from ods.tracker.existence.evidence import NewTrackEvidence, ScanEvidence
-from ods.tracker.measurement.cut_off import nothing_twice
-from ods.tracker.measurement.field_of_view import FieldOfView
+from ods.tracker.measurement.coverage.cut_off import nothing_twice
+from ods.tracker.measurement.coverage.field_of_view import FieldOfView
 from ods.tracker.measurement.model import PositionMeasurement, position_measurement
 from ods.tracker.measurement.scan import Echoes, Scan
 from ods.tracker.named import Named

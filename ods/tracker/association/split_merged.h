@@ -3,7 +3,7 @@
 #ifndef ODS_SPLIT_MERGED_H
 #define ODS_SPLIT_MERGED_H
 
-#include "ods/tracker/association/gating.h"
+#include "ods/tracker/association/hypotheses/gating.h"
 #include "ods/tracker/measurement/model.h"
 
 /* The middle of the parts of a large object that are seen lies off its centre by about this share of its radius. */

@@ -13,7 +13,7 @@ from ods.messages import Clearance, Detections, Obstacle, ObstacleList, PoseAt
 from ods.tracker.clearance.fan_mask import SIGMAS, Extent, extents_of, fan_mask
 from ods.tracker.clearance.free_grid import FreeGrid, Head
 from ods.tracker.clearance.sectors import Bodies, clear_water, nearest_body
-from ods.tracker.measurement.looked import looked_of
+from ods.tracker.measurement.coverage.looked import looked_of
 from ods.tracker.settings import ClearanceSettings
 
 FAR_TURN_S = 5.0

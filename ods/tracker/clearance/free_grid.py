@@ -15,7 +15,7 @@ from ods.compiled import native
 from ods.messages import Sector
 from ods.tracker.clearance.fan_mask import FanMask
 from ods.tracker.clearance.volume_mask import LayerSeen, layer_seen
-from ods.tracker.measurement.looked import Looked
+from ods.tracker.measurement.coverage.looked import Looked
 from ods.tracker.settings import ClearanceSettings
 
 REACH = 80

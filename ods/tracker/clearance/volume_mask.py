@@ -7,7 +7,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Mask
 from ods.messages import Sector
-from ods.tracker.measurement.looked import Looked
+from ods.tracker.measurement.coverage.looked import Looked
 
 NOISE_M = 0.1
 """Distance, m, by which an echo may be nearer than its range."""

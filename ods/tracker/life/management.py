@@ -6,14 +6,14 @@ import numpy as np
 
 from ods.base.arrays import Indices, Ints, Mask
 from ods.tracker.existence.lifecycle import ACTIVE, HIBERNATED, STAND_BY, TENTATIVE, TERMINATED
-from ods.tracker.ids import PROVISIONAL_IDS
 from ods.tracker.life.judgement import Judgement
 from ods.tracker.map.hibernated import HibernatedObjects
 from ods.tracker.map.map_object import MapObject
-from ods.tracker.measurement.field_of_view import coverage_of, in_opening, near_coverage
+from ods.tracker.measurement.coverage.field_of_view import coverage_of, in_opening, near_coverage
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of
 from ods.tracker.prediction import ScanPrediction
+from ods.tracker.restart.ids import PROVISIONAL_IDS
 from ods.tracker.track import stitching
 from ods.tracker.track.tracks import Tracks
 

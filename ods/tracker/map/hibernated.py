@@ -14,7 +14,7 @@ from ods.base.arrays import Floats, Ints
 from ods.pose.utc import Restamp
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.schema import INSIDE, PLACE_TABLE, square_around
-from ods.tracker.state import MapChanges
+from ods.tracker.restart.state import MapChanges
 
 SKIN_M = 20.0
 """Distance that the vehicle may move before the R-tree is queried again, m."""

@@ -8,12 +8,12 @@ from pathlib import Path
 import msgspec
 
 from ods.base.clock import NS
-from ods.tracker.ids import ID_BLOCK, PROVISIONAL_IDS
 from ods.tracker.map.lag import READ, WRITTEN, WriteDelay
 from ods.tracker.map.link import OBJECTS_A_PACKET, Change, Failed, Known, LinkEndedError, Written
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.pending import PendingChanges
 from ods.tracker.map.writer_process import WriterProcess
+from ods.tracker.restart.ids import ID_BLOCK, PROVISIONAL_IDS
 from ods.tracker.settings import MapSettings
 
 log = logging.getLogger(__name__)

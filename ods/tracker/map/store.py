@@ -13,11 +13,11 @@ from pathlib import Path
 
 from ods.base.errors import OdsError, reason_of
 from ods.base.files.in_file import MOST_BYTES, opened
-from ods.tracker.ids import PROVISIONAL_IDS
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.rights import hindrance
 from ods.tracker.map.schema import INSIDE, SCHEMA_VERSION, bring_up_to_date, square_around, version_of
 from ods.tracker.map.trust import MOST_OBJECTS, check_schema, lift_time_limit, mission_of, object_of, set_bounds
+from ods.tracker.restart.ids import PROVISIONAL_IDS
 
 LOCK_WAIT_S = 2.0
 """Longest wait for another program that reads or writes the file."""

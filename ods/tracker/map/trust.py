@@ -6,9 +6,9 @@ import time
 from functools import cache
 
 from ods.base.files.in_file import MOST_BYTES, PATIENCE_S
-from ods.tracker.ids import PROVISIONAL_IDS
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.schema import STEPS, version_of
+from ods.tracker.restart.ids import PROVISIONAL_IDS
 
 MOST_OBJECTS = MOST_BYTES // 1000
 """As each takes about 1 kB in memory; a million is read in 3 s."""

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 from ods.messages import Detection, Detections
 from ods.pose.buffer import PoseEstimate
-from ods.tracker.measurement import motion_during_reception
-from ods.tracker.measurement.looked import looked_of
+from ods.tracker.measurement.coverage.looked import looked_of
 from ods.tracker.measurement.planes import one_a_body
+from ods.tracker.measurement.pose import motion_during_reception
 from ods.tracker.measurement.scan import Scan, echo_table_of, echoes_of, not_swept_of, unseen_of, vehicle_at
 
 HeadAt = Callable[[int], PoseEstimate | None]

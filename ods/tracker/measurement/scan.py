@@ -10,7 +10,7 @@ import numpy as np
 from ods.base.arrays import Floats, Indices
 from ods.base.frames.geometry import rotation_matrix
 from ods.messages import Detection, Sector, UnseenPart, UnseenWhy
-from ods.tracker.measurement.looked import Looked
+from ods.tracker.measurement.coverage.looked import Looked
 from ods.tracker.named import Named
 
 NO_NOISE = np.zeros(3)

@@ -1,7 +1,7 @@
 /* What all observers filter alike, height and radius of objects and the odds that they rest, and what they tell of them
    together with north and east [SSIE eq. 2]: see motion_hypotheses.py. */
 
-#include "ods/tracker/observer/axis_kalman.h"
+#include "ods/tracker/observer/kalman/axis_kalman.h"
 #include "ods/tracker/observer/creep.h"
 
 /* The rows of `CommonState`. */

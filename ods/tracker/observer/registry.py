@@ -17,8 +17,8 @@ from ods.base.plugins import PluginError, add
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.named import TrackTable
 from ods.tracker.observer.belief import Belief
-from ods.tracker.observer.imm import InteractingModels, Model
-from ods.tracker.observer.independent import IndependentAxes
+from ods.tracker.observer.kalman.imm import InteractingModels, Model
+from ods.tracker.observer.kalman.independent import IndependentAxes
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.settings import OBSERVER_NAMES, MotionSettings
 

@@ -4,7 +4,7 @@
    roughness, whose standard deviations are settings. An object's height over it is known as well as its depth, which a
    sonar of one plane hardly sees: then nothing is said of it that is not so. */
 
-#include "ods/tracker/measurement/normal.h"
+#include "ods/tracker/measurement/coverage/normal.h"
 
 /* An object farther below the bottom, in standard deviations, is none of it: the bottom falls off there, and how deep it
    is, is not known. */

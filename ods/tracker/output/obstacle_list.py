@@ -13,8 +13,8 @@ from ods.tracker.existence import lifecycle
 from ods.tracker.output.bottom import Bottom, stand_of
 from ods.tracker.output.closest_approach import Course, closest_approach
 from ods.tracker.output.snapshot import Snapshot
+from ods.tracker.restart.state import Announced
 from ods.tracker.settings import BottomSettings, MotionSettings, PlannerSettings
-from ods.tracker.state import Announced
 
 NAMES: dict[int, TrackState] = {
     lifecycle.ACTIVE: "active",

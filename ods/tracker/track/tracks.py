@@ -17,8 +17,8 @@ from ods.tracker.measurement.scan import Scan
 from ods.tracker.named import Named, TrackTable, extend, keep
 from ods.tracker.observer.belief import Belief, Estimate, moment_match
 from ods.tracker.observer.registry import Observer
+from ods.tracker.restart.state import TracksState
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.state import TracksState
 
 EVEN = 0.5
 """Share of clutter by which an object of the map is judged."""

@@ -13,8 +13,8 @@ from ods.workbench.engine.background.newest import Newest
 from ods.workbench.engine.background.own_process import OwnProcess
 from ods.workbench.model.state import State
 from ods.workbench.session import Session
-from ods.workbench.web.chart_view import Axis, ChartView, Colour, Curve, Panel, Style
 from ods.workbench.web.follow import follow, in_loop
+from ods.workbench.web.views.chart_view import Axis, ChartView, Colour, Curve, Panel, Style
 
 OWN: tuple[Colour, ...] = ("first", "second")
 """Of A and B."""

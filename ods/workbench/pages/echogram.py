@@ -21,9 +21,9 @@ from ods.workbench.pages.observer import TRACKED, tracking_progress
 from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.pages.parts.tips import tip
 from ods.workbench.session import Session
-from ods.workbench.web.echogram_view import EchogramPicture, EchogramView, picture_of
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.frames import wake
+from ods.workbench.web.views.echogram_view import EchogramPicture, EchogramView, picture_of
 
 VIEW = "echogram"
 HEIGHT = "calc(100vh - 9.5rem)"

@@ -21,11 +21,11 @@ from ods.workbench.pages.parts.live_image import frame_of_ping
 from ods.workbench.pages.parts.live_tables import LiveTables, veto_shapes
 from ods.workbench.pages.parts.tables import NUMBERS, numbers, table
 from ods.workbench.session import Session
-from ods.workbench.web.chart_view import Axis, ChartView, Curve, Panel
-from ods.workbench.web.fan_view import FanView
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.frames import FrameBoard
-from ods.workbench.web.plan_view import Circle, Line as Way, Mark, Pick, PlanView, Shape
+from ods.workbench.web.views.chart_view import Axis, ChartView, Curve, Panel
+from ods.workbench.web.views.fan_view import FanView
+from ods.workbench.web.views.plan_view import Circle, Line as Way, Mark, Pick, PlanView, Shape
 
 NONE = """No vehicle's bus is looked at. Start the workbench with --live RUN_DIR, on the vehicle's own computer or where
 `ods replay --live` plays a recording."""

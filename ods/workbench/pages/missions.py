@@ -11,9 +11,9 @@ from ods.workbench.engine.background.own_process import in_own_process
 from ods.workbench.engine.files.folders import readable
 from ods.workbench.engine.missions import Choice, Voyage, choices_of, fly
 from ods.workbench.session import Session
-from ods.workbench.web import plan_view as shapes
 from ods.workbench.web.follow import in_loop
-from ods.workbench.web.plan_view import PlanView, Shape
+from ods.workbench.web.views import plan_view as shapes
+from ods.workbench.web.views.plan_view import PlanView, Shape
 
 PROGRESS_STEP = 0.02
 

@@ -17,9 +17,9 @@ from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.pages.parts.tables import NUMBERS, Columns, numbers, place, table
 from ods.workbench.pages.parts.timeline import Timeline
 from ods.workbench.session import Session
-from ods.workbench.web.chart_view import Axis, ChartView
 from ods.workbench.web.follow import follow, in_loop
-from ods.workbench.web.plan_view import Pick, PlanView
+from ods.workbench.web.views.chart_view import Axis, ChartView
+from ods.workbench.web.views.plan_view import Pick, PlanView
 
 KEYS = (("click", "in the plan or in a strip: mark an object; in a diagram: go to that time"),)
 AT_REST: Columns = (

@@ -19,9 +19,9 @@ from ods.workbench.pages.ping.stages import StageList
 from ods.workbench.pages.ping.tools import Tools
 from ods.workbench.pages.ping.work import Answer, Costs, Work, last_stage
 from ods.workbench.session import Session
-from ods.workbench.web.fan_view import FanView, Spot
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.frames import FrameBoard
+from ods.workbench.web.views.fan_view import FanView, Spot
 
 KEYS = (
     ("drag", "in a profile or histogram: a level of the detector"),

@@ -21,11 +21,11 @@ from ods.workbench.pages.scene.shapes import handle_shapes, plan_shapes, rehears
 from ods.workbench.pages.scene.side import VEHICLE, Side
 from ods.workbench.pages.scene.tools import PLAN, PlanTools
 from ods.workbench.session import Session
-from ods.workbench.web.chart_view import ChartView
-from ods.workbench.web.fan_view import FanView, Spot as FanSpot
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.frames import Circle, Frame, FrameBoard, cells_of
-from ods.workbench.web.plan_view import Drag, Pick, PlanView
+from ods.workbench.web.views.chart_view import ChartView
+from ods.workbench.web.views.fan_view import FanView, Spot as FanSpot
+from ods.workbench.web.views.plan_view import Drag, Pick, PlanView
 
 IMAGE = "scene"
 SCALE_DB = (-30.0, 60.0)

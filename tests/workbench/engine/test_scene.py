@@ -14,7 +14,7 @@ from ods.offline.score import score_objects
 from ods.offline.source import open_source
 from ods.plots.polar import level_db
 from ods.sim_sonar.by_name import find_scene, find_sonar
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.scene.timeline import Scene

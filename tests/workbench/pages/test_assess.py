@@ -12,7 +12,7 @@ from ods.workbench.engine.background.own_process import whole
 from ods.workbench.model import actions as do
 from ods.workbench.pages import assess
 from ods.workbench.session import Session
-from ods.workbench.web.chart_view import ChartView
+from ods.workbench.web.views.chart_view import ChartView
 from tests.workbench.model.test_history import LAST
 from tests.workbench.pages.visiting import numbers, until, visiting
 

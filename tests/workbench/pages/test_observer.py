@@ -16,8 +16,8 @@ from ods.workbench.pages import observer
 from ods.workbench.pages.mission.settings import groups
 from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.session import Session
-from ods.workbench.web.chart_view import ChartView
-from ods.workbench.web.plan_view import PlanView
+from ods.workbench.web.views.chart_view import ChartView
+from ods.workbench.web.views.plan_view import PlanView
 from tests.workbench.engine.test_rerun import START
 
 pytestmark = pytest.mark.slow

@@ -12,7 +12,7 @@ from ods.messages import ClosestApproach, Obstacle, ObstacleList, Prediction, Tr
 from ods.offline.mission import Found
 from ods.workbench.engine.mission.tracked import Beside, Collecting, Tracked
 from ods.workbench.pages.mission import plan as observer_plan, times as observer_times
-from ods.workbench.web.plan_view import Circle, Ellipse, Line
+from ods.workbench.web.views.plan_view import Circle, Ellipse, Line
 from tests.export import mission
 
 NS = 1_000_000_000

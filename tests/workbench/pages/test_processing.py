@@ -31,9 +31,9 @@ from ods.workbench.pages import processing
 from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.pages.ping import work as processing_work
 from ods.workbench.session import Session
-from ods.workbench.web.chart_view import ChartView
-from ods.workbench.web.fan_view import FanView
 from ods.workbench.web.frames import Frame, FrameBoard
+from ods.workbench.web.views.chart_view import ChartView
+from ods.workbench.web.views.fan_view import FanView
 from tests.workbench.engine.test_study import pings
 from tests.workbench.pages.test_observer_views import tracked
 

@@ -16,8 +16,8 @@ from ods.workbench.model import actions as do
 from ods.workbench.model.scene.effects import EFFECTS, is_on
 from ods.workbench.pages import simulator
 from ods.workbench.session import Session
-from ods.workbench.web.fan_view import FanView
-from ods.workbench.web.plan_view import PlanView
+from ods.workbench.web.views.fan_view import FanView
+from ods.workbench.web.views.plan_view import PlanView
 from tests.workbench.pages.visiting import until, visiting
 
 pytestmark = pytest.mark.slow

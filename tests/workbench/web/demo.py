@@ -6,8 +6,8 @@ from nicegui import ui
 from ods.workbench.model.actions import SetView
 from ods.workbench.session import Session
 from ods.workbench.web import server
-from ods.workbench.web.fan_view import FanView, Spot
 from ods.workbench.web.frames import Circle, Frame, FrameBoard, cells_of
+from ods.workbench.web.views.fan_view import FanView, Spot
 
 BEAMS, SAMPLES, DR_M = 60, 2000, 0.05
 ECHO_BEAM, ECHO_SAMPLE = 40, 1200

@@ -12,9 +12,9 @@ from nicegui.element import Element
 from nicegui.events import GenericEventArguments, handle_event
 from nicegui.testing.user_simulation import user_simulation
 
-from ods.workbench.web import plan_view
-from ods.workbench.web.chart_view import Axis, Band, ChartView, Colour, Curve, Even, Panel, Strip
-from ods.workbench.web.plan_view import Circle, Drag, Ellipse, Handle, Line, Pick, PlanView
+from ods.workbench.web.views import plan_view
+from ods.workbench.web.views.chart_view import Axis, Band, ChartView, Colour, Curve, Even, Panel, Strip
+from ods.workbench.web.views.plan_view import Circle, Drag, Ellipse, Handle, Line, Pick, PlanView
 from tests.workbench.pages.visiting import numbers
 
 

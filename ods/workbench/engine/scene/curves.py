@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.sim_sonar.echo.reflection import reflectivity
-from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.echo.surface.reflection import reflectivity
+from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.sim_sonar.sonar.patterns import ELEVATION_NODES, NODES_PER_WIDTH
 

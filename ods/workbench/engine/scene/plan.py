@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.frames import geometry
-from ods.sim_sonar.echo.bodies import PLANE, SPHERE, Bodies
+from ods.sim_sonar.echo.bodies.bodies import PLANE, SPHERE, Bodies
 from ods.sim_sonar.scene.motion import Motion
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.scene.timeline import Scene

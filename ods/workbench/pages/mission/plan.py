@@ -9,7 +9,7 @@ from ods.base.arrays import Floats
 from ods.messages import Obstacle, ObstacleList
 from ods.tracker.output.obstacle_list import NAMES
 from ods.workbench.engine.mission.tracked import Course, Tracked, track_name
-from ods.workbench.web.plan_view import Area, Circle, Ellipse, Line, Mark, Place, Role, Shape
+from ods.workbench.web.views.plan_view import Area, Circle, Ellipse, Line, Mark, Place, Role, Shape
 
 MOST_POINTS = 400
 """Of a line."""

@@ -5,7 +5,7 @@ import numpy as np
 from ods.base.arrays import Floats, Indices
 from ods.workbench.engine.mission.tracked import Course, Tracked, TrueCourse
 from ods.workbench.pages.mission.plan import ROLES, SIGMAS
-from ods.workbench.web.chart_view import Axis, Band, Curve, Panel, Strip
+from ods.workbench.web.views.chart_view import Axis, Band, Curve, Panel, Strip
 
 MOST_VALUES = 500
 """Of a curve."""

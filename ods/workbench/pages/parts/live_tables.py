@@ -14,7 +14,7 @@ from ods.workbench.engine.live import Live, state_of
 from ods.workbench.engine.live_state import BRIDGE, bridges, vetoes
 from ods.workbench.pages.parts.tables import table
 from ods.workbench.session import Session
-from ods.workbench.web.plan_view import Area, Circle, Shape
+from ods.workbench.web.views.plan_view import Area, Circle, Shape
 
 HEALTH = [
     ("process", "process"), ("state", "state"), ("rates", "messages a second"), ("cpu", "CPU, %"),

@@ -16,7 +16,7 @@ from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.pages.parts.tips import tip
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
-from ods.workbench.web.scrubber import Scrubber
+from ods.workbench.web.views.scrubber import Scrubber
 
 SPEEDS = {0.25: "x 1/4", 0.5: "x 1/2", 1.0: "x 1", 2.0: "x 2", 5.0: "x 5", 20.0: "x 20"}
 STEPS = {"ArrowLeft": -1, "ArrowRight": 1}

@@ -12,7 +12,7 @@ from ods.workbench.model.state import Tuning
 from ods.workbench.pages.parts.cost_bar import cost_bar
 from ods.workbench.pages.ping.pictures import title_of
 from ods.workbench.pages.ping.work import Answer, Costs, last_stage
-from ods.workbench.web.chart_view import Axis, ChartView, Colour, Curve, Even, Line, Panel
+from ods.workbench.web.views.chart_view import Axis, ChartView, Colour, Curve, Even, Line, Panel
 
 MOST_CURVES = 4
 ROLES: tuple[Colour, ...] = ("first", "second", "third", "fourth")

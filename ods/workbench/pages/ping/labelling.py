@@ -13,8 +13,8 @@ from ods.workbench.model import actions as do
 from ods.workbench.model.state import Label, State
 from ods.workbench.pages.parts import sending
 from ods.workbench.session import Session
-from ods.workbench.web.fan_view import FanView
 from ods.workbench.web.follow import follow
+from ods.workbench.web.views.fan_view import FanView
 
 Shape = Literal["rectangle", "ellipse"]
 NO_FRAMES = "labels: for recordings; of a scene the truth is known"

@@ -15,8 +15,8 @@ from ods.workbench.engine.ping.thresholds import thresholds
 from ods.workbench.engine.ping.truth import Judged, TrueCircle
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.pages.ping.work import Answer, last_stage
-from ods.workbench.web.fan_view import Spot
 from ods.workbench.web.frames import Circle, Frame, Kind, cells_of
+from ods.workbench.web.views.fan_view import Spot
 
 MAIN, BESIDE, OTHER = "main", "beside", "other"
 """Names of the views: of A, beside it, and of B where B blinks in A's place."""

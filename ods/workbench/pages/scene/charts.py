@@ -7,7 +7,7 @@ import numpy as np
 from ods.workbench.engine.scene.curves import Curve as Curved
 from ods.workbench.engine.scene.plan import strip_of
 from ods.workbench.engine.scene.view import Pictured
-from ods.workbench.web.chart_view import Axis, ChartView, Colour, Curve, Panel
+from ods.workbench.web.views.chart_view import Axis, ChartView, Colour, Curve, Panel
 
 ROLES: tuple[Colour, ...] = ("first", "second", "third", "fourth")
 DEPTH, SPEED = "depth, m", "speed, m/s"

@@ -6,8 +6,8 @@ from ods.base.arrays import Floats
 from ods.workbench.engine.scene.plan import Plan
 from ods.workbench.engine.scene.rehearsal import Rehearsal
 from ods.workbench.model.scene.handles import Handle
-from ods.workbench.web import plan_view as shapes
-from ods.workbench.web.plan_view import Shape
+from ods.workbench.web.views import plan_view as shapes
+from ods.workbench.web.views.plan_view import Shape
 
 
 def plan_shapes(plan: Plan, selected: str) -> list[Shape]:

@@ -16,8 +16,8 @@ from ods.workbench.pages.scene import panels
 from ods.workbench.pages.scene.charts import overlaid
 from ods.workbench.pages.scene.work import build_cost, build_rehearsal
 from ods.workbench.session import Session
-from ods.workbench.web.chart_view import Axis, ChartView
 from ods.workbench.web.follow import follow
+from ods.workbench.web.views.chart_view import Axis, ChartView
 
 VEHICLE, SEA_BED = "vehicle", "sea_bed"
 FAINTEST_DB = -60.0

@@ -13,7 +13,7 @@ from ods.workbench.pages.parts.tips import tip
 from ods.workbench.pages.scene.panels import try_to
 from ods.workbench.pages.scene.table import BESIDE_M, SceneTable
 from ods.workbench.session import Session
-from ods.workbench.web.plan_view import PlanView
+from ods.workbench.web.views.plan_view import PlanView
 
 PLAN = "plan, m: click selects, handles drag"
 SNAPS = {0.0: "free", 0.1: "snap 0.1 m", 0.5: "snap 0.5 m", 1.0: "snap 1 m", 5.0: "snap 5 m"}

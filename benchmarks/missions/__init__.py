@@ -1,0 +1,1 @@
+"""Missions in the loop: their CPU time, and by drawn detections beside images."""

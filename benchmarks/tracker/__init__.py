@@ -1,0 +1,1 @@
+"""The tracker: CPU time of a scan step, and whether its tracks are as good as they claim."""

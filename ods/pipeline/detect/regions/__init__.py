@@ -1,0 +1,1 @@
+"""Regions: cells above a level grown together, split, and selected."""

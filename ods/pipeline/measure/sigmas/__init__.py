@@ -1,0 +1,1 @@
+"""Standard deviations of circles, and the features and laws that they follow from."""

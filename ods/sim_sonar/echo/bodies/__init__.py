@@ -1,0 +1,1 @@
+"""The generic objects: where rays meet them, what they look like from the sonar, what they hide."""

@@ -1,8 +1,0 @@
-/* How a surface reflects, for Python. */
-
-#include "ods/sim_sonar/echo/reflection.h"
-
-KERNEL_FLOAT(reflectivity, "float cos_alpha, float cd, float cs, float sigma_rad")
-{
-    return reflectivity_at(FLOAT(0), FLOAT(1), FLOAT(2), FLOAT(3));
-}

@@ -1,0 +1,1 @@
+"""Surfaces: how they reflect, and the echo of a plane."""

@@ -1,0 +1,1 @@
+"""Speckle: its law, and the random numbers that it is made of."""

@@ -1,0 +1,1 @@
+"""Possible pairs of object and echo, and their scores against clutter."""

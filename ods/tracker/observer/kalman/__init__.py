@@ -1,0 +1,1 @@
+"""Kalman filters of north and east: independent axes, and interacting models of motion."""
