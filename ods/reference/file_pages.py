@@ -47,4 +47,4 @@ def _stages(title: str, names: Sequence[str], text: str = "") -> str:
 def _file(title: str, sections: Sequence[tuple[str, str]]) -> str:
     text = "".join(section for _, section in sections)
     text = text.replace(f"## [{TOP}]", "## The file").replace(f"[{TOP}.", "[")
-    return f"# {title}\n\n{GENERATED} [Scenes and sonars](../simulator/files.md).\n{text}"
+    return f"# {title}\n\n{GENERATED} [Scenes and sonars](../simulator/README.md#sonar-and-scene-files).\n{text}"
