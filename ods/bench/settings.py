@@ -70,7 +70,7 @@ class BenchConfig(SimConfig, frozen=True):
     planner: PlannerSettings | None = None
     """None: no planner; the simulated vehicle then goes as the scene says."""
     settle_s: NonNegative = 3.0
-    """Time from an object's entry into the sector by which it must be tracked, s."""
+    """Time from an object's entry into the sector by which it must be tracked."""
     record: Path | None = None
     """Record everything on the bus, truth too, into a new folder in this one."""
     kill: list[KillSettings] = msgspec.field(default_factory=list)

@@ -39,7 +39,7 @@ class ListSettings(Settings, frozen=True, kw_only=True):
     """How much a bridge sends."""
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 10.0
-    """Largest number of lists sent per second, Hz."""
+    """Largest number of lists sent per second."""
     most_obstacles: Annotated[int, msgspec.Meta(ge=1, le=100)] = 50
     """Largest number of obstacles sent of a list: the nearest."""
 
@@ -58,7 +58,7 @@ class JsonSettings(UdpSettings, frozen=True):
     """JSON: one datagram a list."""
 
     most_bytes: Annotated[int, msgspec.Meta(ge=1000, le=65_000)] = 16_000
-    """Longest datagram, bytes; obstacles beyond it are left out, the farthest first. Over 1472 bytes Ethernet fragments
+    """Longest datagram; obstacles beyond it are left out, the farthest first. Over 1472 bytes Ethernet fragments
     it, and one lost fragment loses all of it."""
 
 
@@ -66,7 +66,7 @@ class TtmSettings(UdpSettings, frozen=True):
     """NMEA 0183 TTM: a sentence and a datagram an obstacle."""
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 2.0
-    """Largest number of lists sent per second, Hz."""
+    """Largest number of lists sent per second."""
     talker: Annotated[str, msgspec.Meta(pattern="^[A-Z]{2}$")] = "RA"
     """Talker of the sentences: many displays accept targets of a radar only."""
 
@@ -75,7 +75,7 @@ class MoosSettings(UdpSettings, frozen=True):
     """MOOS-IvP: GIVEN_OBSTACLE to pShare, a datagram an obstacle."""
 
     duration_s: Annotated[float, msgspec.Meta(ge=0.5, le=60.0)] = 2.0
-    """pObstacleMgr drops an obstacle without an update for this time, s."""
+    """pObstacleMgr drops an obstacle without an update for this time."""
     sigmas: Annotated[float, msgspec.Meta(ge=0.0, le=5.0)] = 2.0
     """Polygons are larger than the obstacle by this number of standard deviations of its position and radius."""
 
@@ -139,11 +139,11 @@ class MavlinkSettings(UdpSettings, frozen=True):
     unknown: Literal["obstacle", "unknown"] = "obstacle"
     """Water that is not known to be empty is sent as an obstacle, or as unknown, which ArduPilot takes for free."""
     unknown_m: Annotated[float, msgspec.Meta(ge=0.1, le=100.0)] = 1.0
-    """An obstacle that stands for unknown water is never nearer, m."""
+    """An obstacle that stands for unknown water is never nearer."""
     near_m: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 3.0
-    """Water so near counts as looked at if what follows is clear, m: no sonar sees what is next to it."""
+    """Water so near counts as looked at if what follows is clear: no sonar sees what is next to it."""
     most_m: Annotated[float, msgspec.Meta(ge=1.0, le=600.0)] = 30.0
-    """What is farther away is not sent, m."""
+    """What is farther away is not sent."""
     system_id: Annotated[int, msgspec.Meta(ge=1, le=255)] = 1
     """Of the vehicle, SYSID_THISMAV of its autopilot."""
     component_id: Annotated[int, msgspec.Meta(ge=1, le=255)] = 196

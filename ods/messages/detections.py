@@ -19,17 +19,14 @@ class Detection(msgspec.Struct, frozen=True):
     mean: float
     """Mean equalized level inside, in multiples of the background."""
     snr_db: float
-    """Peak over the local background, dB."""
+    """Peak over the local background."""
     cells: Count
     """Number of samples above the low threshold."""
     range_extent_m: float
     bearing_extent_rad: float
     sigma_range_m: float
-    """Standard deviation of `range_m`."""
     sigma_bearing_rad: float
-    """Standard deviation of `bearing_rad`."""
     sigma_radius_m: float
-    """Standard deviation of `radius_m`."""
     amplitude: float = 0.0
     """Peak raw sample, as recorded."""
     elevation_rad: float = 0.0
@@ -124,7 +121,7 @@ class Detections(msgspec.Struct, frozen=True):
     usable: bool = True
     """False if the whole image is unusable (drop-out): a missing echo is then no evidence."""
     processed_ranges_m: list[tuple[Metres, Metres]] = []
-    """Slant ranges (from, to) that were processed, m; empty: all. Elsewhere a missing echo is no evidence."""
+    """Slant ranges (from, to) that were processed; empty: all. Elsewhere a missing echo is no evidence."""
     unseen: list[UnseenPart] = []
     """Parts of the sector that this ping did not observe: there a missing echo is no evidence."""
     unseen_share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0

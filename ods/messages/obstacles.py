@@ -78,7 +78,7 @@ class Obstacle(msgspec.Struct, frozen=True):
     predicted: list[Prediction] = []
     """At each of `tracker.planner.lead_times_s`; empty for terminated objects."""
     unseen_s: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
-    """Part of the time since it was last seen in which its position was not observed, s: the object is coasted, not
+    """Part of the time since it was last seen in which its position was not observed: the object is coasted, not
     missed."""
     bottom_probability: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Probability that it is part of the bottom, reaching no higher over it than `tracker.bottom.clearance_m`. 0 if the
@@ -86,7 +86,7 @@ class Obstacle(msgspec.Struct, frozen=True):
     height_above_bottom_m: float | None = None
     """Height of the middle of its visible part over the bottom; none: the bottom is not known."""
     sigma_height_above_bottom_m: float | None = None
-    """Its standard deviation, m: large where heights are not observed, as with a sonar of one plane."""
+    """Its standard deviation: large where heights are not observed, as with a sonar of one plane."""
     moving: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Probability that it moves."""
     multipath_of: CountOrNone = -1
@@ -97,7 +97,6 @@ class Obstacle(msgspec.Struct, frozen=True):
     whose errors are correlated. None: it was not seen for more than 2 s, its echoes have no near
     edge, or the list is not of a ping."""
     sigma_near_m: float | None = None
-    """Standard deviation of `near_m`."""
     elongated: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Probability that it is an elongated object (a wall, a net, a rope): longer than 3 m, and than 4 times its
     width."""

@@ -39,7 +39,7 @@ class Pose(msgspec.Struct, frozen=True):
     altitude_m: Height | None = None
     """Altitude of the vehicle's origin over the bottom straight below; none: not reported, or implausible."""
     sigma_altitude_m: Coordinate = 0.0
-    """Its standard deviation, m."""
+    """Its standard deviation."""
 
 
 class Site(msgspec.Struct, frozen=True):
@@ -62,7 +62,7 @@ class PoseAt(msgspec.Struct, frozen=True):
     sigma_attitude: Vector3
     """Standard deviations of the vehicle's roll, pitch, yaw, rad."""
     extrapolated_s: float = 0.0
-    """Time to the `Pose` from which it was extrapolated, s; 0: it lies between two."""
+    """Time to the `Pose` from which it was extrapolated; 0: it lies between two."""
 
 
 class VehicleSetPoint(msgspec.Struct, frozen=True):

@@ -68,7 +68,7 @@ class VetoRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True,
     reason: Annotated[str, msgspec.Meta(max_length=200)] = ""
     """Why; never empty, but for `list`."""
     for_s: Annotated[float, msgspec.Meta(gt=0.0, le=LONGEST_VETO_S)] | None = None
-    """How long, s; always with `ignore`, and with nothing else."""
+    """How long; always with `ignore`, and with nothing else."""
 
     def __post_init__(self) -> None:
         named = [name for name in ("id", "region", "number") if getattr(self, name) is not None]

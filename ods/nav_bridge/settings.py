@@ -37,7 +37,7 @@ class CanSettings(Settings, frozen=True):
     receive_buffer_bytes: PositiveInt = 8 * 1024 * 1024
     """Size of the kernel's receive buffer (socketcan)."""
     silence_s: Seconds = 1.0
-    """Without any frame for this time the interface is closed and opened again, s."""
+    """Without any frame for this time the interface is closed and opened again."""
 
     def __post_init__(self) -> None:
         why = REFUSED_INTERFACES.get(self.interface)
@@ -57,28 +57,28 @@ class LimitSettings(Settings, frozen=True):
     """Limits of a plausible pose; others are dropped and counted."""
 
     horizontal_m: Positive = 100_000.0
-    """Largest distance from the site's origin along north and east, m."""
+    """Largest distance from the site's origin along north and east."""
     height_m: NonNegative = 100.0
-    """Largest height above the datum, m."""
+    """Largest height above the datum."""
     depth_m: Positive = 12_000.0
-    """Largest depth below the datum, m."""
+    """Largest depth below the datum."""
     speed: Annotated[Positive, unit("m/s")] = 30.0
     """Largest speed along each body axis, m/s."""
     age_s: Annotated[Positive, slider(0.1, 5.0, unit="s")] = 1.0
-    """Longest time from the pose's instant to its arrival, s."""
+    """Longest time from the pose's instant to its arrival."""
     altitude_m: Annotated[float, msgspec.Meta(gt=0.0, le=20_000.0)] = 500.0
-    """Largest altitude over the bottom, m; a larger one, or one not above 0, is left out of its pose."""
+    """Largest altitude over the bottom; a larger one, or one not above 0, is left out of its pose."""
 
 
 class SigmaSettings(Settings, frozen=True):
     """Standard deviations of an INS that reports none."""
 
     position_m: Annotated[Positive, slider(0.01, 50.0, log=True, unit="m")] = 0.5
-    """Standard deviation of north, east and down, m."""
+    """Standard deviation of north, east and down."""
     attitude_rad: Annotated[Positive, slider(1e-4, 0.2, log=True, unit="rad")] = 0.005
-    """Standard deviation of roll, pitch and yaw, rad."""
+    """Standard deviation of roll, pitch and yaw."""
     altitude_m: Annotated[Positive, slider(0.01, 10.0, log=True, unit="m")] = 0.3
-    """Standard deviation of the altitude over the bottom, m."""
+    """Standard deviation of the altitude over the bottom."""
 
 
 class ObjectSettings(Settings, frozen=True):
@@ -136,19 +136,19 @@ class CanopenSettings(Settings, frozen=True):
     """Bit of the status object that is set while position, attitude, velocity, time_of_day or altitude (over the
     bottom) is valid; a part left out is always valid."""
     epoch_window_s: Seconds = 0.005
-    """Without sequence numbers: longest time from the first to the last PDO of one instant, s; must be shorter than the
+    """Without sequence numbers: longest time from the first to the last PDO of one instant; must be shorter than the
     time between two instants."""
     start_ins: bool = False
     """Send NMT `start remote node` to the INS after its boot-up and while it is pre-operational; to an INS without
     heartbeat while there is no pose."""
     sync_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.0
-    """Period of the SYNC that this node sends for an INS that needs one, s; 0: none."""
+    """Period of the SYNC that this node sends for an INS that needs one; 0: none."""
     heartbeat_timeout_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 1.0
-    """Time without a heartbeat of the INS that is a problem, s; 0: it sends none."""
+    """Time without a heartbeat of the INS that is a problem; 0: it sends none."""
     heartbeat_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 0.5
-    """Period of this node's own heartbeat, s; 0: none."""
+    """Period of this node's own heartbeat; 0: none."""
     emcy_inhibit_s: Annotated[float, msgspec.Meta(ge=0.0, le=6.5)] = 0.1
-    """Shortest time between two emergency messages of this node, s."""
+    """Shortest time between two emergency messages of this node."""
     serial_number: Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)] = 0
     """Serial number in this node's identity object."""
 
@@ -195,12 +195,11 @@ class HeldSettings(Settings, frozen=True):
     """A message with a rate of its own: its newest values are held."""
 
     max_age_s: Seconds = 0.5
-    """Longest time that values are held, s; there is no pose while they are older."""
+    """Longest time that values are held; there is no pose while they are older."""
     growth_m_s: NonNegative = 0.2
-    """Increase of the standard deviation of a held position, which is extrapolated by the velocity, per second of age,
-    m/s."""
+    """Increase of the standard deviation of a held position, which is extrapolated by the velocity, per second of age."""
     growth_rad_s: NonNegative = 0.1
-    """Increase of the standard deviation of a held angle per second of age, rad/s."""
+    """Increase of the standard deviation of a held angle per second of age."""
 
 
 class TimeSettings(Settings, frozen=True):
@@ -227,7 +226,7 @@ class ValiditySettings(Settings, frozen=True):
     says: str = "pose"
     """Name of what is not valid otherwise, for the health report."""
     holds_s: Seconds = 2.0
-    """A status older than this does not count, s."""
+    """A status older than this does not count."""
 
     def __post_init__(self) -> None:
         if self.mask is None and self.accept is None:
@@ -255,7 +254,7 @@ class DbcSettings(Settings, frozen=True):
     held: dict[str, HeldSettings] = msgspec.field(default_factory=dict)
     """Messages with a rate of their own, by name; they belong to no instant."""
     window_s: Seconds = 0.008
-    """An epoch must be complete within this time after its instant, s; shorter than the period of the INS, so that it
+    """An epoch must be complete within this time after its instant; shorter than the period of the INS, so that it
     contains no frame of a later instant."""
     valid: list[ValiditySettings] = msgspec.field(default_factory=list)
     """Conditions for poses to be used."""
@@ -347,11 +346,11 @@ class NavSettings(Settings, frozen=True):
     can: CanSettings = CanSettings()
     lever_arm_m: Lever = (0.0, 0.0, 0.0)
     """Point of the vehicle whose position and velocity the INS reports: forward, starboard and down of the body's
-    origin, m."""
+    origin."""
     stale_s: Seconds = 0.5
-    """Time without a pose that is a problem, s."""
+    """Time without a pose that is a problem."""
     clock_jump_s: Seconds = 0.1
-    """A step of the INS's clock by more than this is followed at once, when four epochs in a row confirm it, s."""
+    """A step of the INS's clock by more than this is followed at once, when four epochs in a row confirm it."""
     limits: LimitSettings = LimitSettings()
     sigma: SigmaSettings = SigmaSettings()
 

@@ -24,7 +24,7 @@ class FaultSettings(Settings, frozen=True):
     range are; head_blocked: all are 20 dB weaker; saturated: all are at full scale; loud: noise of 20 dB over the
     median level is added."""
     at_s: NonNegative
-    """Mission time, s."""
+    """Mission time."""
     for_s: Positive
 
 
@@ -32,19 +32,19 @@ class VehicleSettings(Settings, frozen=True):
     """What a vehicle that obeys set points can do."""
 
     least_m_s: NonNegative = 1.0
-    """Below this speed it does not steer, so it does not go slower, m/s."""
+    """Below this speed it does not steer, so it does not go slower."""
     most_m_s: Positive = 3.0
     """m/s."""
     acceleration_m_s2: Positive = 0.2
-    """Along its course, m/s^2."""
+    """Along its course."""
     turn_rate_deg_s: Positive = 10.0
     """Degrees a second."""
     turn_acceleration_deg_s2: Positive = 10.0
     """Degrees a second, in a second."""
     climb_m_s: Positive = 0.5
-    """Up and down, m/s."""
+    """Up and down."""
     radius_m: Annotated[float, msgspec.Meta(ge=0.0, le=20.0)] = 0.5
-    """Of the circle around it that must not touch anything, m."""
+    """Of the circle around it that must not touch anything."""
 
 
 class ObeyingVehicle(Settings, frozen=True):
@@ -93,15 +93,15 @@ class SimSettings(Settings, frozen=True):
     boot_s: NonNegative = 2.0
     """Time between the ports' appearance and the first ping, as a sonar needs to boot."""
     sonar_latency_ms: NonNegative = 2.0
-    """Time from the last echo to the first byte on the line, ms; the bench configures it on board, as an integrator
+    """Time from the last echo to the first byte on the line; the bench configures it on board, as an integrator
     would."""
     pose_rate_hz: Positive = 100.0
     vehicle: ObeyingVehicle | None = None
     """None: the vehicle goes as the scene says."""
     sonar_clock_offset_s: float = 0.25
-    """The sonar's clock minus UTC, s: the on-board side must not rely on it."""
+    """The sonar's clock minus UTC: the on-board side must not rely on it."""
     ins_clock_offset_s: float = -0.125
-    """The INS's clock minus UTC, s."""
+    """The INS's clock minus UTC."""
     fault: list[FaultSettings] = msgspec.field(default_factory=list)
 
     def __post_init__(self) -> None:

@@ -34,28 +34,28 @@ class SonarSettings(Settings, frozen=True):
     publish_raw: bool = False
     """Also publish the bytes of the line on the topic `raw`, for the recorder."""
     latency_ms: Annotated[float, msgspec.Meta(ge=-200.0, le=60_000.0), slider(-50.0, 1000.0, unit="ms")] = 0.0
-    """Time from the arrival of the last echo at the sonar to the first byte of its record on the line, ms. Below 0 only
+    """Time from the arrival of the last echo at the sonar to the first byte of its record on the line. Below 0 only
     to compensate for an INS with a longer delay."""
     max_record_bytes: Annotated[int, msgspec.Meta(ge=1024, le=64 * 1024 * 1024)] = 4 * 1024 * 1024
-    """Longest record accepted, bytes; a header with a larger size is treated as noise."""
+    """Longest record accepted; a header with a larger size is treated as noise."""
     record_timeout_s: Seconds = 1.0
-    """A record that takes longer to arrive is dropped, s; must exceed the time of the longest record on the line. A
+    """A record that takes longer to arrive is dropped; must exceed the time of the longest record on the line. A
     false header delays pings by at most this."""
     reopen_min_s: Seconds = 0.1
-    """Pause before a lost port is first opened again, s; it doubles with every failure."""
+    """Pause before a lost port is first opened again; it doubles with every failure."""
     reopen_max_s: Seconds = 1.0
-    """Longest such pause, s."""
+    """Longest such pause."""
     silence_s: NonNegativeSeconds = 5.0
-    """A TCP connection, or a UDP peer, without data for this time is closed and opened again, s; 0: never. Serial lines
+    """A TCP connection, or a UDP peer, without data for this time is closed and opened again; 0: never. Serial lines
     stay open."""
     range_m: SonarRange | None = None
-    """Range that the sonar is set to after each connection, m; left out: not changed."""
+    """Range that the sonar is set to after each connection; left out: not changed."""
     power_db: SonarLevel | None = None
     """Transmit power that the sonar is set to likewise, dB re 1 uPa at 1 m."""
     gain_db: SonarLevel | None = None
-    """Receiver gain that the sonar is set to likewise, dB."""
+    """Receiver gain that the sonar is set to likewise."""
     control_repeat_s: Seconds = 1.0
-    """Time for a setting to appear in the sonar's record 7000 before it is sent again, s."""
+    """Time for a setting to appear in the sonar's record 7000 before it is sent again."""
     control_attempts: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
     """Number of times a setting is sent before it counts as not accepted."""
     mounting: MountingSettings = MountingSettings()

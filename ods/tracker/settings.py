@@ -89,19 +89,19 @@ class LifeSettings(Settings, frozen=True):
     edge_sigmas: Annotated[NonNegative, slider(0.0, 5.0, step=0.1)] = 2.0
     """A missed detection counts only if the prediction lies inside the sector by this number of standard deviations."""
     silent_s: Annotated[Positive, slider(0.5, 30.0, step=0.5, unit="s")] = 3.0
-    """An object in view goes to stand-by after this time without an echo, s."""
+    """An object in view goes to stand-by after this time without an echo."""
     stand_by_s: Annotated[Positive, slider(1.0, 120.0, step=1.0, unit="s")] = 10.0
-    """An object out of view is hibernated (static) or terminated (moving) after this time without an echo, s."""
+    """An object out of view is hibernated (static) or terminated (moving) after this time without an echo."""
     lost_sigma_m: Annotated[Positive, slider(0.5, 20.0, step=0.5, unit="m")] = 4.0
     """An unobserved object goes to stand-by, and one on stand-by is hibernated or terminated, when the standard
-    deviation of its position exceeds this, m."""
+    deviation of its position exceeds this."""
 
 
 class PlannerSettings(Settings, frozen=True):
     """The obstacle list to the path planner."""
 
     period_s: Annotated[float, msgspec.Meta(gt=0.0, le=0.5), slider(0.05, 0.5, step=0.05, unit="s")] = 0.4
-    """Time between lists while no detections arrive, s."""
+    """Time between lists while no detections arrive."""
     announce_ended: Annotated[PositiveInt, slider(1, 20, unit="lists")] = 5
     """Number of consecutive lists that report an ended object as `terminated`."""
     most_listed: Annotated[PositiveInt, slider(10, 2000, step=10)] = 1000
@@ -110,41 +110,41 @@ class PlannerSettings(Settings, frozen=True):
     """Standard deviation of an object's horizontal position and radius that no number of echoes reduces, in units of
     its radius: only the near side is visible, and the shape is unknown."""
     hibernated_within_m: Annotated[NonNegative, slider(0.0, 500.0, step=10.0, unit="m")] = 150.0
-    """Hibernated objects are listed up to this distance from the vehicle, m."""
+    """Hibernated objects are listed up to this distance from the vehicle."""
     lead_times_s: Annotated[
         tuple[Annotated[NonNegative, slider(0.0, 120.0, unit="s")], ...], msgspec.Meta(max_length=20)
     ] = (5.0, 10.0, 20.0)
     """Times ahead for which each obstacle's position is predicted, s."""
     approach_horizon_s: Annotated[Positive, slider(10.0, 600.0, step=10.0, unit="s")] = 300.0
-    """The closest point of approach is searched up to this time ahead, s."""
+    """The closest point of approach is searched up to this time ahead."""
 
 
 class BottomSettings(Settings, frozen=True):
     """Which objects on the bottom are listed, if the vehicle's altitude is known."""
 
     clearance_m: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m")] = 1.0
-    """An object that rises higher above the bottom is an obstacle, m."""
+    """An object that rises higher above the bottom is an obstacle."""
     list: Literal["hittable", "all"] = "hittable"
     """hittable: objects that rise no higher than `clearance_m` are left out of the list, if that is certain enough
     (`risk`); all: all objects are listed."""
     risk: Annotated[Probability, slider(0.001, 0.1, log=True)] = 0.01
     """An object is left out only if its probability of rising higher is below this."""
     slope_deg: Annotated[float, msgspec.Meta(ge=0.0, le=45.0), slider(0.0, 45.0, step=0.5, unit="deg")] = 5.0
-    """Standard deviation of the bottom's mean slope from the vehicle to an object, degrees."""
+    """Standard deviation of the bottom's mean slope from the vehicle to an object."""
     roughness_m: Annotated[NonNegative, slider(0.0, 2.0, step=0.05, unit="m")] = 0.2
-    """Standard deviation of the bottom's height about that slope, m."""
+    """Standard deviation of the bottom's height about that slope."""
 
 
 class SurfaceSettings(Settings, frozen=True):
     """Which waves of the water's surface are listed, where the fan meets it."""
 
     down_m: float = 0.0
-    """Down coordinate of the surface, m; 0: the site's heights count from the surface."""
+    """Down coordinate of the surface; 0: the site's heights count from the surface."""
     list: Literal["hittable", "all"] = "hittable"
     """hittable: objects that move as waves do, all at one velocity and where the surface may be, are left out of the
     list; all: all objects are listed."""
     clearance_m: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m")] = 1.0
-    """An object known to be deeper below the surface is no wave, m."""
+    """An object known to be deeper below the surface is no wave."""
 
 
 class ClearanceSettings(Settings, frozen=True):
@@ -153,11 +153,11 @@ class ClearanceSettings(Settings, frozen=True):
     sectors: Annotated[int, msgspec.Meta(ge=8, le=360), slider(8, 360)] = 72
     """Number of sectors of bearing, clockwise from north."""
     half_height_m: Annotated[NonNegative, slider(0.1, 5.0, log=True, unit="m")] = 0.3
-    """Water counts as observed where the fan covers this height above and below the vehicle's origin, m."""
+    """Water counts as observed where the fan covers this height above and below the vehicle's origin."""
     fastest_m_s: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m/s")] = 2.0
-    """Assumed largest horizontal speed of objects that enter water that is no longer observed, m/s."""
+    """Assumed largest horizontal speed of objects that enter water that is no longer observed."""
     fastest_vertical_m_s: Annotated[Positive, slider(0.05, 5.0, log=True, unit="m/s")] = 0.5
-    """Assumed largest vertical speed of such objects, m/s."""
+    """Assumed largest vertical speed of such objects."""
 
 
 class MapSettings(Settings, frozen=True):
@@ -166,7 +166,7 @@ class MapSettings(Settings, frozen=True):
     path: Path | None = None
     """SQLite file; none: the map is lost when the process ends."""
     position_sigma_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.1, unit="m")] = 0.5
-    """Standard deviation added to the position of objects of an earlier mission, each of north and east, m: the pose
+    """Standard deviation added to the position of objects of an earlier mission, each of north and east: the pose
     error between missions."""
     minimum_times_seen: Annotated[NonNegativeInt, slider(0, 50)] = 5
     """Objects with fewer echoes are not stored for the next mission."""
@@ -191,7 +191,7 @@ class TrackerSettings(Settings, frozen=True):
     clearance: ClearanceSettings = ClearanceSettings()
     map: MapSettings = MapSettings()
     resume_within_s: Annotated[NonNegativeSeconds, slider(0.0, 60.0, step=1.0, unit="s")] = 10.0
-    """A tracker that was killed continues with its objects if it runs again within this time, s; 0: never."""
+    """A tracker that was killed continues with its objects if it runs again within this time; 0: never."""
 
     def __post_init__(self) -> None:
         for key, name, known in (

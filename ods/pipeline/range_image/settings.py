@@ -16,7 +16,7 @@ class RangeImageSettings(Settings, frozen=True):
     """Neighbouring pixels belong to one object when their ranges differ by no more than this, m, and what a surface 10
     degrees off the line of sight makes of their angle."""
     largest_m: Annotated[float, msgspec.Meta(ge=0.1, le=100.0), slider(0.2, 10.0, step=0.1, unit="m")] = 1.0
-    """Largest radius of a circle, m: what is larger, as a wall or a hull, is cut into pieces in cells fixed in the
+    """Largest radius of a circle: what is larger, as a wall or a hull, is cut into pieces in cells fixed in the
     world, so that they stay where they are as the vehicle moves along."""
     bottom_m: Annotated[NonNegative, slider(0.0, 3.0, step=0.05, unit="m")] = 0.3
-    """Height over an even bottom below which points do not count as an object, m; 0: no bottom is sought."""
+    """Height over an even bottom below which points do not count as an object; 0: no bottom is sought."""

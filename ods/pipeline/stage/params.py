@@ -71,12 +71,12 @@ class FirParams(Settings, frozen=True):
     cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.01, 0.5, step=0.01)] = 0.1
     """-6 dB point, as a fraction of the Nyquist frequency (half the sampling rate in range)."""
     object_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.05, unit="m")] = 0.0
-    """Minimum object size, m: where above 0 it decides taps (twice the size) and cutoff (wavelength twice the size)."""
+    """Minimum object size: where above 0 it decides taps (twice the size) and cutoff (wavelength twice the size)."""
     beams: Annotated[OddInt, slider(1, 15, unit="beams")] = 1
     """Taps across the beams; 1: along the range only."""
     round_beams: Annotated[float, msgspec.Meta(ge=0.0, le=3.0), slider(0.0, 3.0, step=0.05, unit="beams")] = 0.0
     """With beams = 1: smooth across the beams over the same distance, at half range, as along them, but with at most
-    this standard deviation, beams. No effect on widely spaced beams; smooths the speckle of fine ones."""
+    this standard deviation. No effect on widely spaced beams; smooths the speckle of fine ones."""
     beam_cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.05, 0.95, step=0.05)] = 0.4
     """-6 dB point across the beams, as a fraction of half a cycle a beam."""
 
@@ -119,7 +119,7 @@ class MinObjectParams(Settings, frozen=True):
     """filter.min_object: suppress structures smaller than an object, by grey opening."""
 
     size_m: Annotated[float, msgspec.Meta(gt=0.0, le=50.0), slider(0.05, 10.0, log=True, unit="m")] = 0.5
-    """Smallest object that is kept, in range and across, m."""
+    """Smallest object that is kept, in range and across."""
 
 
 class BeamGainParams(Settings, frozen=True):
@@ -135,7 +135,7 @@ class PingIirParams(Settings, frozen=True):
     weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0), slider(0.02, 1.0, step=0.02)] = 0.4
     """Weight of the newest ping."""
     longest_gap_s: Annotated[Positive, slider(0.2, 20.0, log=True, unit="s")] = 2.0
-    """After a longer pause earlier pings are discarded, s."""
+    """After a longer pause earlier pings are discarded."""
 
 
 class PingMedianParams(Settings, frozen=True):
@@ -144,7 +144,7 @@ class PingMedianParams(Settings, frozen=True):
     pings: Literal[3, 5, 7] = 3
     """Pings, the newest one included."""
     longest_gap_s: Annotated[Positive, slider(0.2, 20.0, log=True, unit="s")] = 2.0
-    """After a longer pause earlier pings are discarded, s."""
+    """After a longer pause earlier pings are discarded."""
 
 
 class BackgroundParams(Settings, frozen=True):
@@ -155,7 +155,7 @@ class BackgroundParams(Settings, frozen=True):
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 5.0, step=0.1)] = 1.5
     """Factor up to which a cell's mean may differ from that of its range and is levelled in full."""
     longest_gap_s: Annotated[Positive, slider(0.5, 60.0, log=True, unit="s")] = 10.0
-    """After a longer pause earlier pings are discarded, s."""
+    """After a longer pause earlier pings are discarded."""
 
 
 class GroupParams(Settings, frozen=True):

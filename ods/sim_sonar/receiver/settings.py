@@ -30,13 +30,13 @@ class Belt(Settings, frozen=True, kw_only=True):
     """A belt of ranges where the gain is wrong."""
 
     from_m: NonNegative
-    """Near edge, m."""
+    """Near edge."""
     to_m: Positive
-    """Far edge, m."""
+    """Far edge."""
     gain_db: float
     """Below 0: a dark belt."""
     edge_m: NonNegative = 1.0
-    """Width of the slope at both edges, m."""
+    """Width of the slope at both edges."""
 
     def __post_init__(self) -> None:
         if self.to_m <= self.from_m:
@@ -49,7 +49,7 @@ class _Arc(Settings, frozen=True, kw_only=True):
     range_m: Positive | None = None
     """Middle of the arc; none: anywhere, drawn again for each ping."""
     width_m: Positive = 0.5
-    """Extent in range, m."""
+    """Extent in range."""
     chance: Fraction = 1.0
     """Share of the pings that have it."""
     pings: list[NonNegativeInt] = msgspec.field(default_factory=list)
@@ -80,13 +80,13 @@ class Interference(Settings, frozen=True, kw_only=True):
     period_s: NonNegative = 0.0
     """From pulse to pulse; 0: it sounds without end."""
     pulse_s: Positive = 0.0005
-    """Length of its pulse, s."""
+    """Length of its pulse."""
     start_s: float = 0.0
-    """Scene time of one of its pulses' arrivals, s."""
+    """Scene time of one of its pulses' arrivals."""
     from_s: NonNegative = 0.0
     """Scene time from which on it sounds, s,"""
     to_s: Positive = FOREVER_S
-    """and until which, s."""
+    """and until which."""
 
 
 class LoudSpell(Settings, frozen=True, kw_only=True):
@@ -101,14 +101,14 @@ class LoudSpell(Settings, frozen=True, kw_only=True):
     from_s: NonNegative = 0.0
     """Scene time from which on it is received, s,"""
     to_s: Positive = FOREVER_S
-    """and until which, s."""
+    """and until which."""
 
 
 class SecondWay(Settings, frozen=True, kw_only=True):
     """A longer way, over the surface say, by which each echo arrives a second time."""
 
     longer_m: Positive
-    """What it adds to the slant range, m."""
+    """What it adds to the slant range."""
     gain_db: Annotated[float, msgspec.Meta(le=0.0)]
     """Level beside that of the direct way."""
 
