@@ -17,7 +17,7 @@ class KillSettings(Settings, frozen=True):
     at_s: NonNegative
     """Mission time."""
     signal: Literal["KILL", "STOP"] = "KILL"
-    """STOP: the process hangs until it is killed; the planner, which is not supervised, can only be killed."""
+    """STOP: it hangs until it is killed; not for the planner."""
 
     def __post_init__(self) -> None:
         if (self.process, self.signal) == ("planner", "STOP"):
@@ -50,7 +50,7 @@ class BenchLimits(Settings, frozen=True):
     radius_error: Fraction | None = None
     """Mean relative error of the radius of each object."""
     tracked_share: Fraction | None = None
-    """Share of the lists in which each object has a track, once it has been in the sector for `settle_s`."""
+    """Share of the lists with a track of each object, once `settle_s` in the sector."""
     false_tracks: NonNegativeInt | None = None
     """Confirmed tracks that belong to no object."""
     avoid: AvoidLimits | None = None

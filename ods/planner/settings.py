@@ -35,8 +35,7 @@ class SteeringSettings(Settings, frozen=True):
     certain_s: NonNegativeSeconds = 3.0
     """Time ahead within which a risk counts fully: it cannot be corrected later."""
     expected_s: Seconds = 10.0
-    """From `certain_s` on less and less of the standard deviations counts, and from here on, s, none: newer lists come
-    before, and places are taken as expected."""
+    """From `certain_s` to here standard deviations count less and less, later not at all."""
     horizon_s: Annotated[float, msgspec.Meta(gt=1.0, le=300.0)] = 30.0
     """Time ahead for which paths are judged."""
     headings: Annotated[int, msgspec.Meta(ge=8, le=360)] = 60
@@ -48,8 +47,8 @@ class SteeringSettings(Settings, frozen=True):
     stale_s: Seconds = 1.0
     """A list older than this counts as one that is not valid."""
     not_valid: Literal["slow", "climb", "turn"] = "climb"
-    """What happens while the list is not valid. Always: slow, and clear of what was last listed. After
-    `not_valid_after_s` as well: climb to `climb_to_m`, or turn back to where the vehicle came from."""
+    """While the list is not valid: slow, clear of what was last listed; after `not_valid_after_s` also climb to
+    `climb_to_m`, or turn back."""
     not_valid_after_s: NonNegativeSeconds = 3.0
     """s."""
     climb_to_m: Down = 5.0

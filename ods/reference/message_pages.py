@@ -10,7 +10,7 @@ from ods.base.field_docs import field_docs
 from ods.reference.type_names import GENERATED, choices, type_name
 from ods.runtime import bus
 from ods.runtime.ping_pace import LONGEST_S, PERIODS
-from ods.runtime.processes import PROCESSES, SUPERVISOR
+from ods.runtime.processes import SUPERVISOR
 from ods.runtime.raw_bytes import RawBytes
 
 MESSAGES = {
@@ -42,7 +42,7 @@ socket | answered by | request | answer
 ---|---|---|---
 """
 
-FIELDS = """Fields are floats unless their type follows the name; the schema has the limits. Where the pages say no more:
+FIELDS = """A field is a float unless its type follows the name; the schema has the limits. Where the pages say no more:
 
 field | meaning
 ---|---
@@ -61,7 +61,7 @@ def message_pages() -> dict[str, str]:
     for topic in bus.TOPICS.values():
         text += f"`{topic.name}` | {_link(topic.message)} | {topic.publisher} |"
         text += f" {topic.rate_hz:g}/s | {topic.stale_s:g} s\n" if topic.rate_hz else " now and then |\n"
-    publishers = f"{', '.join(PROCESSES)}; `ods run` (as {SUPERVISOR}.sock) for those that are down"
+    publishers = f"each process; `ods run` (as {SUPERVISOR}.sock) for those that are down"
     text += f"`{bus.HEALTH}` | {_link(messages.Health)} | {publishers} | {1 / bus.HEALTH_PERIOD_S:g}/s |"
     text += f" {bus.HEALTH_STALE_S:g} s\n"
     text += PACED + REQUESTS_HEAD

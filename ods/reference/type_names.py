@@ -23,8 +23,8 @@ WORDS = {
 }
 """Of plain types."""
 LONGEST_DEFAULT = 60
-WIDEST = 1e15
-"""Bounds beyond this only say which integers fit into a message."""
+ENDLESS = (86_400.0, 2**53, 2**62)
+"""Upper bounds that only keep numbers computable: of a duration, of integers in messages."""
 
 
 def type_name(hint: object) -> str:
@@ -60,13 +60,16 @@ def limits(hint: object) -> str:
     odd = "odd " if any((meta.extra or {}).get("odd") for meta in metas) else ""
     if isinstance(slider, Slider):
         return f"({odd}{slider.low:g}..{slider.high:g})"
-    low = next(
-        (f"{meta.ge:g}" if meta.ge is not None else f">{meta.gt:g}" for meta in metas if meta.ge is not meta.gt), ""
-    )
-    high = next((meta for meta in metas if meta.le is not meta.lt), None)
-    if not low or high is None or (high.le or 0) > WIDEST:
-        return ""
-    return f"{odd}{low}..{f'{high.le:g}' if high.le is not None else f'<{high.lt:g}'}"
+    low = next((text for meta in metas if (text := _bound(meta.ge, meta.gt, ">"))), "")
+    high = next((text for meta in metas if (text := _bound(meta.le, meta.lt, "<"))), "")
+    return f"{odd}{low}..{high}" if low and high else ""
+
+
+def _bound(included: float | None, excluded: float | None, sign: str) -> str:
+    """Return a bound as text; "" where there is none, or one that only keeps numbers computable."""
+    if included is not None:
+        return "" if included in ENDLESS else f"{included:.10g}"
+    return "" if excluded is None else f"{sign}{excluded:.10g}"
 
 
 def default_of(field: msgspec.structs.FieldInfo, hint: object) -> str:
@@ -87,7 +90,7 @@ def _toml(value: Any) -> str:
     if isinstance(value, bool):
         return f"{value}".lower()
     if isinstance(value, float):
-        return f"{value:g}" if 1e6 <= abs(value) or 0 < abs(value) < 1e-4 else f"{value}"
+        return f"{value:g}" if abs(value) >= 1e6 or 0 < abs(value) < 1e-4 else f"{value}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_toml, value))}]"
     return "" if isinstance(value, dict) else f'"{value}"' if isinstance(value, str) else f"{value}"

@@ -123,8 +123,8 @@ class ImageLevels(Settings, frozen=True, kw_only=True):
     looks: Annotated[float, msgspec.Meta(ge=0.5, le=1000.0)] = 1.0
     """Looks of the speckle: intensity is Gamma distributed with this shape."""
     texture: Annotated[float, msgspec.Meta(ge=0.1, le=1000.0)] | None = None
-    """Shape of a Gamma distributed texture beneath the speckle: intensity is K distributed, the more spiky the smaller
-    it is, wherever samples are; none: no texture."""
+    """Shape of a Gamma distributed texture beneath the speckle (K distribution): the smaller, the more spiky; left out:
+    none."""
     speckle: bool = True
     """False: the mean image, neither speckle nor noise drawn."""
     range_correlation: Correlation = 0.0

@@ -70,8 +70,8 @@ class VehiclePath(Path, frozen=True, kw_only=True):
     yaw: Oscillation = Oscillation()
     """Yaw about the heading."""
     mounting: MountingSettings | None = None
-    """Where the sonar's head really is; none: on the bench as `[sonar.mounting]` says, else at the vehicle's origin,
-    and it looks along its bow."""
+    """Where the head really is; left out: as `[sonar.mounting]` on the bench, else at the vehicle's origin, looking
+    ahead."""
 
 
 class _Object(Path, frozen=True, kw_only=True, tag_field="shape"):

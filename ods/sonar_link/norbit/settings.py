@@ -18,7 +18,7 @@ class NorbitSettings(Settings, frozen=True):
     settings."""
 
     command_port: Annotated[int, msgspec.Meta(ge=0, le=65535)] = COMMAND_PORT
-    """TCP port of the commands, at the address of sonar.port; 0: none is sent, another program sets the sonar."""
+    """TCP port of the commands; 0: none is sent, another program sets the sonar."""
     range_m: Annotated[float, msgspec.Meta(ge=1.0, le=LONGEST_RANGE_M)] = 40.0
     """Range."""
     opening_deg: Annotated[float, msgspec.Meta(ge=1.0, le=360.0)] = 140.0
@@ -26,7 +26,7 @@ class NorbitSettings(Settings, frozen=True):
     beams: Literal[64, 128, 256, 512] = 512
     """Number of beams in an image."""
     samples: Annotated[int, msgspec.Meta(ge=64, le=2048)] = 1000
-    """Approximate number of samples in a beam: the sonar sends every n-th of its own, which are about 1 cm apart."""
+    """Samples in a beam, about: the sonar sends every n-th of its own, 1 cm apart."""
     frequency_khz: Annotated[float, msgspec.Meta(ge=80.0, le=1000.0), unit("kHz")] = 400.0
     """Carrier frequency."""
     bandwidth_khz: Annotated[float, msgspec.Meta(ge=0.0, le=80.0), unit("kHz")] = 80.0

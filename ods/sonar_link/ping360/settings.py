@@ -21,7 +21,7 @@ class Ping360Settings(Settings, frozen=True):
     range_m: Annotated[float, msgspec.Meta(ge=1.0, le=60.0)] = 50.0
     """Range: the shorter, the faster the head turns."""
     sector_deg: Annotated[float, msgspec.Meta(ge=20.0, le=360.0)] = 120.0
-    """Sector about the mark on the head; 360: all round. 90 degrees take 1.5 to 9 s, by the range."""
+    """Sector about the head's mark; 90 degrees take 1.5 to 9 s, by the range."""
     steps: Annotated[int, msgspec.Meta(ge=1, le=10)] = 1
     """Motor steps of 0.9 degrees from beam to beam. More of them are faster; beams are 2 degrees wide."""
     samples: Annotated[int, msgspec.Meta(ge=200, le=1200)] = 1200
