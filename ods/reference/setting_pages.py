@@ -34,9 +34,9 @@ Generated from the settings types by `make docs`; do not edit.
 Files are TOML. An unknown key, a wrong type or a value out of range is one line that names the file and the key, and
 exit code 2. Relative paths are relative to the file's own folder; `~` is the user's home.
 
-A key's ending is its unit: `_m`, `_s`, `_deg`. The second column has the value of a key that is left out, or a type where
-there is none or the meaning says it; `required`: the key must be there. `1..60` are limits, `(1..60)` the usual range,
-which the workbench's slider covers: values outside are accepted, and `ods doctor` notes them.
+A key's ending is its unit: `_m`, `_s`, `_deg`. The second column has the value of a key that is left out, or a type
+where there is none or the meaning says it; `required`: the key must be there. `1..60` are limits, `(1..60)` the usual
+range, which the workbench's slider covers: values outside are accepted, and `ods doctor` notes them.
 """
 
 
