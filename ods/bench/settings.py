@@ -30,7 +30,7 @@ class AvoidLimits(Settings, frozen=True):
     clearance_m: NonNegative
     """Least distance between the vehicle's circle and any object."""
     path_ratio: Annotated[float, msgspec.Meta(ge=1.0)]
-    """Length of its way over that of an all-knowing planner, which keeps `clearance_m` as well."""
+    """Length of its way over an all-knowing planner's."""
     over_bottom_m: NonNegative = 0.0
     """Least height over the sea-bed."""
 
@@ -41,12 +41,12 @@ class BenchLimits(Settings, frozen=True):
     pings_lost: NonNegativeInt
     """Pings that left the simulated sonar and have no obstacle list."""
     latency_p50_ms: Positive
-    """From the ping's last byte on the line to its obstacle list at the client, median."""
+    """Median, from the ping's last byte to its list at the client."""
     latency_p99_ms: Positive
     longest_gap_s: Positive
     """Longest time between two obstacle lists."""
     position_rms_m: Positive | None = None
-    """Horizontal position error of the tracked objects, rms over all lists and objects."""
+    """Horizontal, rms over all lists and objects."""
     radius_error: Fraction | None = None
     """Mean relative error of the radius of each object."""
     tracked_share: Fraction | None = None

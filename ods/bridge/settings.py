@@ -68,7 +68,7 @@ class TtmSettings(UdpSettings, frozen=True):
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 2.0
     """Most lists a second."""
     talker: Annotated[str, msgspec.Meta(pattern="^[A-Z]{2}$")] = "RA"
-    """Talker of the sentences: many displays accept targets of a radar only."""
+    """Many displays accept targets of a radar only."""
 
 
 class MoosSettings(UdpSettings, frozen=True):
@@ -77,7 +77,7 @@ class MoosSettings(UdpSettings, frozen=True):
     duration_s: Annotated[float, msgspec.Meta(ge=0.5, le=60.0)] = 2.0
     """pObstacleMgr drops an obstacle without an update for this time."""
     sigmas: Annotated[float, msgspec.Meta(ge=0.0, le=5.0)] = 2.0
-    """Polygons are larger than the obstacle by this number of standard deviations of its position and radius."""
+    """Polygons are larger by this number of standard deviations."""
 
 
 Ros2Topic = Literal["obstacles", "markers", "tracks", "clearance", "odometry", "diagnostics", "tf", "image"]
@@ -88,13 +88,13 @@ class Ros2Settings(ListSettings, frozen=True):
     """ROS 2 by DDS: needs `pip install 'ods[ros2]'`."""
 
     interface: Annotated[str, msgspec.Meta(pattern="^[A-Za-z0-9_][A-Za-z0-9_.-]{0,14}$")] = "lo"
-    """The network interface, by its name (`ip address`); no other one is used. "lo": nodes on this computer only."""
+    """The only network interface used. "lo": nodes on this computer."""
     domain: Annotated[int, msgspec.Meta(ge=0, le=232)] = 0
     """ROS_DOMAIN_ID of the nodes."""
     peers: Annotated[tuple[str, ...], msgspec.Meta(max_length=16)] = ()
     """IP addresses of the computers with the nodes; "lo" needs none."""
     multicast: bool = False
-    """Let nodes of the whole network find this bridge, and hear it, without being named in `peers`."""
+    """Nodes of the whole network may find and hear this bridge."""
     namespace: Annotated[str, msgspec.Meta(pattern="^(/[A-Za-z][A-Za-z0-9_]*)+$", max_length=100)] = "/ods"
     """In front of the topics' names, but for /diagnostics and /tf."""
     map_frame: FrameName = "map"
@@ -104,7 +104,7 @@ class Ros2Settings(ListSettings, frozen=True):
     send: Annotated[tuple[Ros2Topic, ...], msgspec.Meta(min_length=1)] = (
         "obstacles", "markers", "tracks", "clearance", "odometry", "diagnostics",
     )  # fmt: skip
-    """Topics that it sends (docs/bridges/ros2.md); `tf` only where no other node publishes the vehicle's position."""
+    """Topics (docs/bridges/ros2.md); `tf` only where no other node publishes the vehicle's position."""
     image_hz: Annotated[float, msgspec.Meta(gt=0.0, le=20.0)] = 2.0
     """Images sent a second, at most."""
     image_bytes: Annotated[int, msgspec.Meta(ge=1000, le=4_000_000)] = 50_000

@@ -28,7 +28,7 @@ class SonarAnswer(msgspec.Struct, frozen=True, kw_only=True):
     """The sonar works with what was asked for."""
     reason: str
     range_m: float | None = None
-    """The range that the sonar reports now; none: it has not reported one."""
+    """As the sonar reports now."""
     power_db: float | None = None
     gain_db: float | None = None
 

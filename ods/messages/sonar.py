@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class RangeGrid(msgspec.Struct, frozen=True):
-    """Marks a ping as a range image: each direction has the range of its strongest echo, not a level at each range.
+    """Marks a ping as a range image: each direction has the range of its strongest echo.
 
     Column k of `Ping.data` has the elevation `elevation_rad[k]`. `Ping.dr_m` times the number of a pixel is the slant
     range, m; 0: no echo in that direction.
@@ -37,7 +37,7 @@ class Sweep(msgspec.Struct, frozen=True):
     rising: bool
     """It turns to starboard."""
     ends: bool = False
-    """The next beam does not go on from the last one of this ping: the head turns back, or jumps."""
+    """The head turns back, or jumps, after this ping."""
 
 
 class Ping(msgspec.Struct, frozen=True):

@@ -82,6 +82,6 @@ class VehicleSetPoint(msgspec.Struct, frozen=True):
     avoiding: bool
     """Something is in the way to the way-point."""
     valid: bool
-    """False: that list is not valid or too old; the planner does what its settings say for that."""
+    """False: that list is not valid or too old."""
     arrived: bool
-    """The last way-point is reached; then no set points go to the vehicle any more."""
+    """The last way-point is reached."""

@@ -31,13 +31,13 @@ class CanSettings(Settings, frozen=True):
     channel: str = "can0"
     """Network interface, or device of the adapter."""
     bitrate: PositiveInt | None = None
-    """Bit rate, bit/s; not used by socketcan, where the network interface has its own."""
+    """bit/s; not for socketcan."""
     options: dict[str, OptionValue] = msgspec.field(default_factory=dict)
-    """More keyword arguments of python-can's bus class, for instance tty_baudrate of slcan."""
+    """More arguments of python-can's bus class, as tty_baudrate of slcan."""
     receive_buffer_bytes: PositiveInt = 8 * 1024 * 1024
     """Size of the kernel's receive buffer (socketcan)."""
     silence_s: Seconds = 1.0
-    """Without any frame for this time the interface is closed and opened again."""
+    """After so long without a frame the interface is opened again."""
 
     def __post_init__(self) -> None:
         why = REFUSED_INTERFACES.get(self.interface)
@@ -67,7 +67,7 @@ class LimitSettings(Settings, frozen=True):
     age_s: Annotated[Positive, slider(0.1, 5.0, unit="s")] = 1.0
     """Longest time from the pose's instant to its arrival."""
     altitude_m: Annotated[float, msgspec.Meta(gt=0.0, le=20_000.0)] = 500.0
-    """Largest altitude over the bottom; a larger one, or one not above 0, is left out of its pose."""
+    """Largest altitude over the bottom."""
 
 
 class SigmaSettings(Settings, frozen=True):
@@ -121,7 +121,7 @@ class CanopenSettings(Settings, frozen=True):
     """An INS by CANopen, and the own node."""
 
     ins_eds: Path
-    """EDS or DCF file of the INS: which objects its PDOs carry."""
+    """EDS or DCF file of the INS."""
     node_eds: Path
     """EDS file of the CANopen node of this process."""
     ins_node_id: NodeId = 5
@@ -141,13 +141,13 @@ class CanopenSettings(Settings, frozen=True):
     """Send NMT start to the INS after its boot-up and while it is pre-operational; without heartbeat, while there is no
     pose."""
     sync_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.0
-    """Period of the SYNC that this node sends for an INS that needs one; 0: none."""
+    """Period of this node's SYNC; 0: none."""
     heartbeat_timeout_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 1.0
-    """Time without a heartbeat of the INS that is a problem; 0: it sends none."""
+    """Longest time without the INS's heartbeat; 0: it sends none."""
     heartbeat_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 0.5
     """Period of this node's own heartbeat; 0: none."""
     emcy_inhibit_s: Annotated[float, msgspec.Meta(ge=0.0, le=6.5)] = 0.1
-    """Shortest time between two emergency messages of this node."""
+    """Shortest time between two emergency messages."""
     serial_number: Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)] = 0
     """Serial number in this node's identity object."""
 
@@ -240,16 +240,16 @@ class DbcSettings(Settings, frozen=True):
     file: Path
     """The DBC file."""
     signals: dict[str, str | SignalSettings]
-    """MESSAGE.SIGNAL of each pose field, or a table; docs/navigation/dbc.md lists the fields."""
+    """MESSAGE.SIGNAL of each pose field (docs/navigation/dbc.md), or a table."""
     time: str | TimeSettings | None = None
-    """Signal of the INS's clock; none: the instant of a pose is its arrival."""
+    """Signal of the INS's clock; left out: arrival counts."""
     epoch: list[str] | None = None
     """Messages of one instant in the order of sending; left out: found by the silence after the last."""
     sequence: list[str] = msgspec.field(default_factory=list)
     """Counter or time stamp with the same value in all messages of an instant, MESSAGE.SIGNAL of each; then order does
     not matter."""
     held: dict[str, HeldSettings] = msgspec.field(default_factory=dict)
-    """Messages with a rate of their own, by name; they belong to no instant."""
+    """Messages with a rate of their own, by name."""
     window_s: Seconds = 0.008
     """An epoch must be complete this soon after its instant; shorter than the INS's period."""
     valid: list[ValiditySettings] = msgspec.field(default_factory=list)
@@ -294,7 +294,7 @@ class NmeaSettings(Settings, frozen=True):
     accuracy: str | None = None
     """GST; none: `nav.sigma.position_m` holds."""
     altitude: str | None = None
-    """DPT or DBT (an echo sounder under the vehicle), or BD: altitude over the bottom; none: no altitude."""
+    """DPT or DBT (an echo sounder under the vehicle), or BD: altitude over the bottom."""
     accept: dict[Literal["estimated", "manual", "simulated", "unsafe"], Annotated[NonNegative, unit("m")]] = (
         msgspec.field(default_factory=lambda: {"estimated": 10.0})
     )
@@ -304,7 +304,7 @@ class NmeaSettings(Settings, frozen=True):
     held: dict[str, HeldSettings] = msgspec.field(
         default_factory=lambda: {name: HeldSettings(max_age_s=1.5) for name in ("GGA", "RMC", "GST")}
     )
-    """How long each sentence is held, by its name without talker; one left out: the defaults."""
+    """How long each sentence is held, by name without talker."""
 
     @property
     def look_at(self) -> str:
@@ -332,7 +332,7 @@ class NavSettings(Settings, frozen=True):
     """Source of the vehicle's pose."""
 
     source: Literal["canopen", "dbc", "nmea"] = "canopen"
-    """Protocol of the INS; the table of that name has its settings."""
+    """Protocol of the INS; its table has the settings."""
     canopen: CanopenSettings | None = None
     """For source "canopen"."""
     dbc: DbcSettings | None = None

@@ -129,4 +129,4 @@ def _meaning(hint: object, meaning: str) -> str:
     """Return what a field means, after the values that it may have and that the meaning does not name."""
     values = choices(hint)
     missing = [value for value in values if str(value) not in meaning]
-    return f"{' or '.join(f'`{value}`' for value in values)}. {meaning}".strip() if missing else meaning
+    return f"{', '.join(f'`{value}`' for value in values)}. {meaning}".strip() if missing else meaning

@@ -123,7 +123,7 @@ def _value(field: msgspec.structs.FieldInfo, hint: object, meaning: str) -> str:
     values = [str(value) for value in choices(hint)]
     if all(value in meaning for value in values):
         values = []
-    says = f"{' or '.join(f'`{value}`' for value in values)}. " if values else ""
+    says = f"{', '.join(f'`{value}`' for value in values)}. " if values else ""
     return f"{' '.join(filter(None, (default, limits(hint))))} | {says}{meaning}".rstrip()
 
 

@@ -74,7 +74,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     "sonar": (
         CounterRow("pings", "pings published", trouble=False),
         CounterRow("beams", "beams of a mechanically scanned sonar, of which pings are made", trouble=False),
-        CounterRow("lost_pings", "ping numbers without a complete ping, for any reason", logged=True,
+        CounterRow("lost_pings", "ping numbers without a complete ping", logged=True,
                    advice="the sonar sent pings that did not arrive complete: noise, a full line, or a busy "
                    "processor"),
         CounterRow("duplicate_pings", "samples of a ping that was published already"),
@@ -139,13 +139,13 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
                    "from where others were", trouble=False),
         CounterRow("failed_stage", "pings dropped: a stage failed, or produced values that are not finite",
                    logged=True),
-        CounterRow("skipped_pings", "pings left out: the chain is too slow for all, and newer ones waited", logged=True,
+        CounterRow("skipped_pings", "pings left out: newer ones waited", logged=True,
                    advice="the chain is too slow for every ping: leave stages out, set pipeline.attention, or ask the "
                    "sonar for fewer pings"),
         CounterRow("geometry_changes", "times beams or ranges were not those of the ping before: stages prepared again",
                    trouble=False),
         CounterRow("drop_out_image", "images without usable data (drop-out)"),
-        CounterRow("unseen_images", "images with unseen parts, for any of the reasons of `UnseenPart`",
+        CounterRow("unseen_images", "images with an `UnseenPart`",
                    advice="parts of the sector are blind: `ods watch` says which, and why"),
         CounterRow("pings_without_pose", "pings without a pose for the stages that compare pings"),
         CounterRow("process_mean_us", "running mean of the time a ping takes, us", trouble=False),
@@ -154,7 +154,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     ),
     "tracker": (
         CounterRow("echoes_bad", "detections left out: not finite or absurd"),
-        CounterRow("skipped_pings", "pings left out: tracking takes too long for all, and newer ones waited",
+        CounterRow("skipped_pings", "pings left out: newer ones waited",
                    logged=True, advice="too many objects or echoes for this computer: raise the detector's threshold"),
         CounterRow("detections_late", "pings left out: not later than the one before", logged=True),
         CounterRow("detections_from_future", "pings left out: stamped more than 1 s ahead", logged=True),

@@ -31,7 +31,7 @@ class VehicleSettings(Settings, frozen=True):
     """What a vehicle that obeys set points can do."""
 
     least_m_s: NonNegative = 1.0
-    """Below this speed it does not steer, so it does not go slower."""
+    """Below this speed it does not steer."""
     most_m_s: Positive = 3.0
     """m/s."""
     acceleration_m_s2: Positive = 0.2
@@ -47,13 +47,13 @@ class VehicleSettings(Settings, frozen=True):
 
 
 class ObeyingVehicle(Settings, frozen=True):
-    """A vehicle that goes as the set points say that come over CAN.
+    """A vehicle that obeys set points over CAN.
 
     It starts as the scene says.
     """
 
     eds: Path
-    """EDS file of its CANopen node: RPDO 1 holds the set point."""
+    """EDS file of its CANopen node (RPDO 1)."""
     node_id: Annotated[int, msgspec.Meta(ge=1, le=127)] = 6
     current_m_s: tuple[Speed, Speed] = (0.0, 0.0)
     """North, east: the water takes it along."""
@@ -68,13 +68,13 @@ class SimSettings(Settings, frozen=True):
     sonar: Path
     """TOML file of the sonar."""
     ins: Literal["canopen", "dbc", "nmea"] = "canopen"
-    """Protocol of the simulated INS; nav.source on board must be the same."""
+    """The simulated INS; nav.source on board must be the same."""
     ins_eds: Path | None = None
     """For ins "canopen": its EDS file."""
     ins_dbc: Path | None = None
     """For ins "dbc": its DBC file, with the messages of config/sbg.dbc."""
     can: Literal["auto", "vcan0", "slcan"] = "auto"
-    """auto: vcan0 where the kernel has it, else an slcan line over a pseudo-terminal."""
+    """auto: vcan0 where the kernel has it, else slcan."""
     sonar_line: Literal["serial", "tcp", "oculus", "norbit", "ping360", "ping360_udp", "sonar3d15"] = "serial"
     """serial: s7k records on a pseudo-terminal; tcp: the same in network frames, for one client at 127.0.0.1; oculus,
     norbit: those sonars, by TCP there; ping360, ping360_udp: a Ping360 on a pseudo-terminal, or behind a bridge at
@@ -95,7 +95,7 @@ class SimSettings(Settings, frozen=True):
     vehicle: ObeyingVehicle | None = None
     """None: the vehicle goes as the scene says."""
     sonar_clock_offset_s: float = 0.25
-    """The sonar's clock minus UTC: the on-board side must not rely on it."""
+    """The sonar's clock minus UTC."""
     ins_clock_offset_s: float = -0.125
     """The INS's clock minus UTC."""
     fault: list[FaultSettings] = msgspec.field(default_factory=list)

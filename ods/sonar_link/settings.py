@@ -25,9 +25,9 @@ class SonarSettings(Settings, frozen=True):
     "socket://192.168.0.5:4001", a serial server with the bare bytes; "udp://192.168.2.2:9092", a bridge with datagrams;
     "udp://224.0.0.96:4747", a multicast group."""
     protocol: str = "s7k"
-    """The sonar's protocol: a name of the table in docs/sonars/README.md, or of a plug-in."""
+    """Name in docs/sonars/README.md, or of a plug-in."""
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules by name, that register the user's own protocols."""
+    """Python files, or modules, with protocols of your own."""
     baud: Annotated[int, msgspec.Meta(ge=300, le=100_000_000)] = 12_000_000
     """Bit rate of the serial line, bit/s."""
     publish_raw: bool = False

@@ -65,9 +65,9 @@ class EchoSettings(Settings, frozen=True):
     """Expected number of new objects in a scan after 0.15 s, in proportion to the time. Its ratio to the false alarms
     decides how much evidence a new object needs."""
     births_at_start: Annotated[Positive, slider(0.001, 5.0, log=True)] = 0.3
-    """Expected number of new objects in each of the first two scans, where every object is new."""
+    """Expected number of new objects in each of the first two scans."""
     gate_sigmas: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 10.0, step=0.1)] = 4.0
-    """Largest distance of a detection from the object's predicted position, standard deviations."""
+    """Largest distance of a detection from the prediction."""
     silence_rate: Annotated[Positive, slider(0.001, 1.0, log=True, unit="1/s")] = 0.02
     """Rate at which an object in view stops giving echoes (aspect, shadow), 1/s."""
     return_rate: Annotated[Positive, slider(0.001, 1.0, log=True, unit="1/s")] = 0.1
@@ -86,11 +86,11 @@ class LifeSettings(Settings, frozen=True):
     drop_existence: Annotated[Probability, slider(0.05, 0.95, step=0.01)] = 0.4
     """A reported object below this existence probability is dropped."""
     edge_sigmas: Annotated[NonNegative, slider(0.0, 5.0, step=0.1)] = 2.0
-    """A missed detection counts only if the prediction lies inside the sector by this number of standard deviations."""
+    """A missed detection counts only if the prediction lies inside the sector by so many."""
     silent_s: Annotated[Positive, slider(0.5, 30.0, step=0.5, unit="s")] = 3.0
-    """An object in view goes to stand-by after this time without an echo."""
+    """Time without an echo after which an object in view goes to stand-by."""
     stand_by_s: Annotated[Positive, slider(1.0, 120.0, step=1.0, unit="s")] = 10.0
-    """An object out of view is hibernated (static) or terminated (moving) after this time without an echo."""
+    """The same, out of view, until it is hibernated (static) or terminated (moving)."""
     lost_sigma_m: Annotated[Positive, slider(0.5, 20.0, step=0.5, unit="m")] = 4.0
     """Standard deviation of position beyond which an unobserved object goes to stand-by, and one on stand-by ends."""
 
@@ -103,7 +103,7 @@ class PlannerSettings(Settings, frozen=True):
     announce_ended: Annotated[PositiveInt, slider(1, 20, unit="lists")] = 5
     """Number of consecutive lists that report an ended object as `terminated`."""
     most_listed: Annotated[PositiveInt, slider(10, 2000, step=10)] = 1000
-    """Largest number of objects in a list: the nearest. `left_out` of the list counts the others."""
+    """Most objects in a list: the nearest."""
     shape_sigma: Annotated[NonNegative, slider(0.0, 1.0, step=0.05)] = 0.2
     """Standard deviation of horizontal position and radius that no number of echoes reduces, in radii: only the near
     side is visible."""
@@ -114,7 +114,7 @@ class PlannerSettings(Settings, frozen=True):
     ] = (5.0, 10.0, 20.0)
     """Times ahead for which each obstacle's position is predicted, s."""
     approach_horizon_s: Annotated[Positive, slider(10.0, 600.0, step=10.0, unit="s")] = 300.0
-    """The closest point of approach is searched up to this time ahead."""
+    """Longest time ahead of the closest point of approach."""
 
 
 class BottomSettings(Settings, frozen=True):
@@ -126,7 +126,7 @@ class BottomSettings(Settings, frozen=True):
     """hittable: objects that rise no higher than `clearance_m` are left out, if that is certain enough (`risk`); all:
     none is."""
     risk: Annotated[Probability, slider(0.001, 0.1, log=True)] = 0.01
-    """An object is left out only if its probability of rising higher is below this."""
+    """Highest probability of rising higher of an object left out."""
     slope_deg: Annotated[float, msgspec.Meta(ge=0.0, le=45.0), slider(0.0, 45.0, step=0.5, unit="deg")] = 5.0
     """Standard deviation of the bottom's mean slope from the vehicle to an object."""
     roughness_m: Annotated[NonNegative, slider(0.0, 2.0, step=0.05, unit="m")] = 0.2
@@ -149,11 +149,11 @@ class ClearanceSettings(Settings, frozen=True):
     """The message `clearance`: which water around the vehicle is known to be empty."""
 
     sectors: Annotated[int, msgspec.Meta(ge=8, le=360), slider(8, 360)] = 72
-    """Number of sectors of bearing, clockwise from north."""
+    """Number of sectors, clockwise from north."""
     half_height_m: Annotated[NonNegative, slider(0.1, 5.0, log=True, unit="m")] = 0.3
-    """Water counts as observed where the fan covers this height above and below the vehicle's origin."""
+    """Height that the fan must cover above and below the vehicle's origin."""
     fastest_m_s: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m/s")] = 2.0
-    """Assumed largest horizontal speed of objects that enter water that is no longer observed."""
+    """Assumed largest horizontal speed of unobserved objects."""
     fastest_vertical_m_s: Annotated[Positive, slider(0.05, 5.0, log=True, unit="m/s")] = 0.5
     """Assumed largest vertical speed of such objects."""
 
@@ -174,7 +174,7 @@ class TrackerSettings(Settings, frozen=True):
     """From detections and poses to obstacles."""
 
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules by name, that register the user's own observers and associations."""
+    """Python files, or modules, with observers and associations of your own."""
     observer: str = "manoeuvring"
     """Name of the observer (the filters of an object's state)."""
     association: str = "probabilistic"

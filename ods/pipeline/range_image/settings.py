@@ -18,4 +18,4 @@ class RangeImageSettings(Settings, frozen=True):
     largest_m: Annotated[float, msgspec.Meta(ge=0.1, le=100.0), slider(0.2, 10.0, step=0.1, unit="m")] = 1.0
     """Largest radius of a circle: larger objects, as a wall, are cut into pieces in cells fixed in the world."""
     bottom_m: Annotated[NonNegative, slider(0.0, 3.0, step=0.05, unit="m")] = 0.3
-    """Height over an even bottom below which points do not count as an object; 0: no bottom is sought."""
+    """Points lower over an even bottom are no object; 0: no bottom is sought."""

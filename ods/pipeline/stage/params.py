@@ -25,9 +25,9 @@ class MeanRangeParams(Settings, frozen=True):
     """equalize.mean_range: bring the mean at each range to 1."""
 
     window: Annotated[PositiveInt, slider(10, 400, step=2, unit="samples")] = 160
-    """Length of the surroundings, range samples. A structure across the fan longer than half of it is levelled."""
+    """Surroundings, range samples; structures longer than half of it are levelled."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.25
-    """Highest level of a range, in multiples of its surroundings' level, that is levelled in full."""
+    """A range's level up to this multiple of its surroundings' is levelled in full."""
     side_lobe_db: Annotated[Positive, slider(10.0, 60.0, step=1.0, unit="dB")] = 30.0
     """The level of a range is at least this far below its strongest sample, which suppresses side lobes in other beams:
     use 5 dB more than the beams' side-lobe suppression."""
@@ -39,7 +39,7 @@ class MedianRangeParams(Settings, frozen=True):
     window: Annotated[PositiveInt, slider(10, 400, step=2, unit="samples")] = 160
     """Length of the surroundings, range samples."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.25
-    """Highest level of a range, in multiples of its surroundings' level, that is levelled in full."""
+    """A range's level up to this multiple of its surroundings' is levelled in full."""
 
 
 class LocalParams(Settings, frozen=True):
@@ -48,9 +48,9 @@ class LocalParams(Settings, frozen=True):
     beam_blocks: Annotated[PositiveInt, slider(1, 32)] = 8
     """Number of blocks that the beams are divided into."""
     range_blocks: Annotated[PositiveInt, slider(1, 64)] = 16
-    """Number of blocks that the range is divided into; a structure longer than two of them is levelled."""
+    """Number of blocks of range; structures longer than two are levelled."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.2
-    """Factor up to which a block's level may differ from its surroundings' and is levelled in full."""
+    """A block's level within this factor of its surroundings' is levelled in full."""
 
 
 class BoxParams(Settings, frozen=True):
@@ -68,9 +68,9 @@ class FirParams(Settings, frozen=True):
     taps: Annotated[OddInt, slider(1, 61, unit="samples")] = 9
     """Range samples."""
     cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.01, 0.5, step=0.01)] = 0.1
-    """-6 dB point, as a fraction of the Nyquist frequency (half the sampling rate in range)."""
+    """-6 dB point, as a fraction of the Nyquist frequency."""
     object_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.05, unit="m")] = 0.0
-    """Minimum object size: where above 0 it decides taps (twice the size) and cutoff (wavelength twice the size)."""
+    """Minimum object size: above 0 it decides taps and cutoff."""
     beams: Annotated[OddInt, slider(1, 15, unit="beams")] = 1
     """Taps across the beams; 1: along the range only."""
     round_beams: Annotated[float, msgspec.Meta(ge=0.0, le=3.0), slider(0.0, 3.0, step=0.05, unit="beams")] = 0.0
@@ -152,7 +152,7 @@ class BackgroundParams(Settings, frozen=True):
     weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0), slider(0.002, 1.0, log=True)] = 0.02
     """Weight of the newest ping in the mean."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 5.0, step=0.1)] = 1.5
-    """Factor up to which a cell's mean may differ from that of its range and is levelled in full."""
+    """A cell's mean within this factor of its range's is levelled in full."""
     longest_gap_s: Annotated[Positive, slider(0.5, 60.0, log=True, unit="s")] = 10.0
     """After a longer pause earlier pings are discarded."""
 
@@ -161,7 +161,7 @@ class GroupParams(Settings, frozen=True):
     """How cells are connected to regions, and which regions count."""
 
     connectivity: Literal[4, 8] = 8
-    """8: cells that touch at a corner are connected; 4: they must share a side."""
+    """8: cells at a corner are connected; 4: only at a side."""
     min_cells: Annotated[PositiveInt, slider(1, 60, unit="cells")] = 4
     """Regions of fewer cells (beams x range samples) are dropped."""
     max_cells: Annotated[NonNegativeInt, slider(0, 20_000, step=10, log=True, unit="cells")] = 0
@@ -226,7 +226,7 @@ class CfarParams(GroupParams, frozen=True):
     method: Literal["ca", "goca", "soca", "os"] = "ca"
     """Level of the surroundings: mean, the greater or the smaller side's mean, or an order statistic."""
     guard: Annotated[PositiveInt, slider(1, 120, unit="samples")] = 24
-    """Range samples on each side of a cell that are ignored, as the object itself may fill them."""
+    """Range samples on each side of a cell that are ignored."""
     train: Annotated[PositiveInt, slider(1, 200, unit="samples")] = 48
     """Range samples beyond these, on each side, that are the surroundings."""
     rank: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.05, 0.95, step=0.05)] = 0.75
@@ -234,7 +234,7 @@ class CfarParams(GroupParams, frozen=True):
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
     """False-alarm rate: share of the cells without echoes above the high level, measured on each image."""
     low: Annotated[Positive, slider(0.5, 10.0, step=0.1)] = 2.5
-    """Cells above this multiple of the noise, in the image divided by the surroundings, belong to an echo."""
+    """Cells above this multiple of the noise belong to an echo."""
 
 
 BUILT_IN: Mapping[str, type[Settings]] = {

@@ -15,15 +15,15 @@ class Tvg(Settings, frozen=True, kw_only=True):
     """What the water takes, and the time-varying gain that should give it back."""
 
     spreading_db: NonNegative = 40.0
-    """What the water takes by spreading: dB a decade of range, there and back."""
+    """Spreading loss, dB a decade of range, there and back."""
     absorption_db_per_m: NonNegative = 0.12
-    """What the water takes by absorption, one way, dB/m (0.12: sea water, 455 kHz)."""
+    """Absorption, one way (0.12: sea water, 455 kHz)."""
     set_spreading_db: NonNegative | None = None
-    """What the sonar is set to, dB a decade; none: as the water takes."""
+    """What the sonar compensates; left out: all."""
     set_absorption_db_per_m: NonNegative | None = None
-    """What the sonar is set to, dB/m; none: as the water takes."""
+    """The same."""
     noise_range_m: NonNegative = 0.0
-    """Range at which the noise has `noise_counts`, as the gain lifts it; 0: the same at all ranges."""
+    """Range at which the gain lifts the noise to `noise_counts`; 0: all."""
 
 
 class Belt(Settings, frozen=True, kw_only=True):
@@ -90,7 +90,7 @@ class Interference(Settings, frozen=True, kw_only=True):
 
 
 class LoudSpell(Settings, frozen=True, kw_only=True):
-    """Noise beside the receiver's own in some beams for a time; with a level beyond full scale, saturated beams."""
+    """More noise in some beams for a time; beyond full scale, saturated beams."""
 
     level_counts: Positive
     """Root mean square amplitude."""
@@ -119,7 +119,7 @@ class ImageLevels(Settings, frozen=True, kw_only=True):
     gain: Positive = 20000.0
     """Counts of amplitude for 1 m2 of fully reflecting, fully lit area in one sample."""
     noise_counts: NonNegative = 30.0
-    """Root mean square amplitude of the receiver's noise, counts; fresh in each ping."""
+    """Root mean square amplitude of the receiver's noise."""
     looks: Annotated[float, msgspec.Meta(ge=0.5, le=1000.0)] = 1.0
     """Looks of the speckle: intensity is Gamma distributed with this shape."""
     texture: Annotated[float, msgspec.Meta(ge=0.1, le=1000.0)] | None = None
@@ -128,11 +128,11 @@ class ImageLevels(Settings, frozen=True, kw_only=True):
     speckle: bool = True
     """False: the mean image, neither speckle nor noise drawn."""
     range_correlation: Correlation = 0.0
-    """Correlation of the speckle's amplitude from one range sample to the next; 0: a pulse shorter than a sample."""
+    """Correlation of the speckle's amplitude from one range sample to the next."""
     beam_correlation: Correlation | None = None
     """The same from beam to beam; none: what the overlap of the sonar's beams makes it."""
     coherence_s: NonNegative = 0.0
-    """Time after which speckle is new without any motion; 0: it stays for ever."""
+    """Time after which speckle is new; 0: never."""
     max_error: Annotated[float, msgspec.Meta(gt=0.0, le=0.5)] = 0.03
     """Relative error that the mean image may have."""
     tvg: Tvg = Tvg()
@@ -142,7 +142,7 @@ class ImageLevels(Settings, frozen=True, kw_only=True):
     beam_gain_db: list[float] = msgspec.field(default_factory=list)
     """Error of each beam's gain, one value a beam; empty: none, or random ones."""
     beam_gain_rms_db: NonNegative = 0.0
-    """Standard deviation of random errors of the beams' gains, the same in all pings."""
+    """Standard deviation of random errors of the beams' gains."""
     dropouts: list[Dropout] = msgspec.field(default_factory=list)
     """Dark arcs."""
     drop_ins: list[DropIn] = msgspec.field(default_factory=list)

@@ -135,7 +135,7 @@ class SceneFile(Settings, frozen=True, kw_only=True):
     duration_s: Positive = 60.0
     """Length of the mission; the scene is checked over it."""
     shadows: bool = True
-    """Nearer objects hide what lies behind them; false: everything is seen, as if transparent."""
+    """Nearer objects hide what lies behind them."""
     vehicle: VehiclePath
     """The vehicle."""
     objects: list[Sphere | Cylinder | Plane] = msgspec.field(default_factory=list)

@@ -14,8 +14,7 @@ PROBE = -1.0
 
 
 class NorbitSettings(Settings, frozen=True):
-    """The commands sent after each connection, in the order of the maker's document. Nothing else changes the sonar's
-    settings."""
+    """The commands sent after each connection."""
 
     command_port: Annotated[int, msgspec.Meta(ge=0, le=65535)] = COMMAND_PORT
     """TCP port of the commands; 0: none is sent, another program sets the sonar."""
@@ -36,13 +35,13 @@ class NorbitSettings(Settings, frozen=True):
     pulse_us: Annotated[float, msgspec.Meta(ge=10.0, le=819.0), unit("us")] = 500.0
     """Length of the chirp."""
     gain_ramp_db: Annotated[float, msgspec.Meta(ge=0.0, le=100.0), unit("dB")] = 50.0
-    """Rise of the receiver's gain, dB per 100 m; 0: the same gain at all ranges, `gain_db`."""
+    """Rise of the gain, dB per 100 m; 0: `gain_db` at all ranges."""
     gain_db: Annotated[float, msgspec.Meta(ge=0.0, le=100.0), unit("dB")] = 0.0
     """Receiver gain, dB, if `gain_ramp_db` is 0."""
     ping_rate_hz: Annotated[float, msgspec.Meta(ge=0.1, le=60.0)] = 10.0
     """Highest rate of pings and images; a long range reduces it."""
     sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0), unit("m/s")] | Literal["probe"] | None = None
-    """Sound speed, m/s; "probe": that of the probe at the sonar; left out: not changed."""
+    """m/s; "probe": of the sonar's probe; left out: unchanged."""
 
     def commands(self) -> list[Command]:
         """Return the commands in the order of sending; pinging last."""

@@ -11,10 +11,10 @@ MODES = {"low": 1, "high": 2}
 
 
 class OculusSettings(Settings, frozen=True):
-    """The fire message, and the port of the status. Nothing else changes the sonar's settings."""
+    """The fire message, and the port of the status."""
 
     mode: Literal["low", "high"] = "low"
-    """Low frequency, wide and far; or high frequency, narrow and fine."""
+    """Low frequency: wide and far."""
     range_m: Annotated[float, msgspec.Meta(ge=0.1, le=500.0)] = 40.0
     """Range; a model may limit it."""
     gain_percent: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 50.0
@@ -39,7 +39,7 @@ class OculusSettings(Settings, frozen=True):
     message_version: Literal[1, 2] = 2
     """Version of the fire message; 32 bits need 2, old firmware may know 1 only."""
     status_port: Annotated[int, msgspec.Meta(ge=0, le=65535)] = STATUS_PORT
-    """UDP port at which the sonar's status is received; 0: it is not."""
+    """UDP port of the sonar's status; 0: not received."""
     settle_s: Seconds = 10.0
     """Time for settings to appear in the pings."""
 

@@ -6,7 +6,7 @@ from ods.base.settings import Settings
 
 
 class Sonar3d15Settings(Settings, frozen=True):
-    """Nothing is sent to the sonar: range, sound speed and mode are set at its own web page."""
+    """Nothing is sent to the sonar."""
 
     interface: str = ""
     """IPv4 address of this computer's interface to the sonar, for multicast; "": by the routing table, with several
