@@ -139,7 +139,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
                    "from where others were", trouble=False),
         CounterRow("failed_stage", "pings dropped: a stage failed, or produced values that are not finite",
                    logged=True),
-        CounterRow("skipped_pings", "pings left out: newer ones waited", logged=True,
+        CounterRow("skipped_pings", "pings left out: the chain is too slow for all, and newer ones waited", logged=True,
                    advice="the chain is too slow for every ping: leave stages out, set pipeline.attention, or ask the "
                    "sonar for fewer pings"),
         CounterRow("geometry_changes", "times beams or ranges were not those of the ping before: stages prepared again",
@@ -154,7 +154,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     ),
     "tracker": (
         CounterRow("echoes_bad", "detections left out: not finite or absurd"),
-        CounterRow("skipped_pings", "pings left out: newer ones waited",
+        CounterRow("skipped_pings", "pings left out: tracking takes too long for all, and newer ones waited",
                    logged=True, advice="too many objects or echoes for this computer: raise the detector's threshold"),
         CounterRow("detections_late", "pings left out: not later than the one before", logged=True),
         CounterRow("detections_from_future", "pings left out: stamped more than 1 s ahead", logged=True),
