@@ -197,7 +197,7 @@ class HeldSettings(Settings, frozen=True):
     growth_m_s: NonNegative = 0.2
     """Growth of a held position's standard deviation with its age."""
     growth_rad_s: NonNegative = 0.1
-    """The same of an angle."""
+    """Growth of a held angle's standard deviation with its age."""
 
 
 class TimeSettings(Settings, frozen=True):

@@ -36,12 +36,12 @@ class MotionSettings(Settings, frozen=True):
     velocity_sigma: Annotated[Positive, slider(0.01, 10.0, log=True, unit="m/s")] = 1.0
     """Standard deviation of a new moving object's velocity, north and east, m/s."""
     vertical_velocity_sigma: Annotated[Positive, slider(0.01, 3.0, log=True, unit="m/s")] = 0.3
-    """The same, down."""
+    """Standard deviation of a new moving object's velocity, down, m/s."""
     acceleration_noise: Annotated[NonNegative, slider(0.0, 1.0, step=1e-5, log=True, unit="m^2/s^3")] = 0.01
     """Spectral density of a moving object's acceleration, m^2/s^3. More: follows manoeuvres sooner, knows steady motion
     less well."""
     steady_noise: Annotated[NonNegative, slider(0.0, 1e-3, step=1e-8, log=True, unit="m^2/s^3")] = 1e-6
-    """The same while it keeps its velocity; of the observer `manoeuvring` only."""
+    """Spectral density of a steady object's acceleration, m^2/s^3 (observer `manoeuvring`)."""
     static_noise: Annotated[NonNegative, slider(0.0, 1e-3, step=1e-8, log=True, unit="m^2/s")] = 2e-6
     """Spectral density of a static object's position, m^2/s: the drift of the pose."""
     radius_noise: Annotated[NonNegative, slider(0.0, 0.1, step=1e-5, log=True, unit="m^2/s")] = 1e-3
@@ -90,7 +90,7 @@ class LifeSettings(Settings, frozen=True):
     silent_s: Annotated[Positive, slider(0.5, 30.0, step=0.5, unit="s")] = 3.0
     """Time without an echo after which an object in view goes to stand-by."""
     stand_by_s: Annotated[Positive, slider(1.0, 120.0, step=1.0, unit="s")] = 10.0
-    """The same, out of view, until it is hibernated (static) or terminated (moving)."""
+    """Time without an echo after which an object out of view is hibernated (static) or terminated (moving)."""
     lost_sigma_m: Annotated[Positive, slider(0.5, 20.0, step=0.5, unit="m")] = 4.0
     """Standard deviation of position beyond which an unobserved object goes to stand-by, and one on stand-by ends."""
 

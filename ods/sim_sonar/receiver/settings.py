@@ -19,9 +19,9 @@ class Tvg(Settings, frozen=True, kw_only=True):
     absorption_db_per_m: NonNegative = 0.12
     """Absorption, one way (0.12: sea water, 455 kHz)."""
     set_spreading_db: NonNegative | None = None
-    """What the sonar compensates; left out: all."""
+    """Spreading loss that the sonar compensates; left out: all."""
     set_absorption_db_per_m: NonNegative | None = None
-    """The same."""
+    """Absorption that the sonar compensates; left out: all."""
     noise_range_m: NonNegative = 0.0
     """Range at which the gain lifts the noise to `noise_counts`; 0: all."""
 
