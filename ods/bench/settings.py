@@ -17,7 +17,7 @@ class KillSettings(Settings, frozen=True):
     at_s: NonNegative
     """Mission time."""
     signal: Literal["KILL", "STOP"] = "KILL"
-    """STOP: the process hangs until it is killed; the planner, which is not supervised, can only be killed."""
+    """STOP: it hangs until it is killed; not for the planner."""
 
     def __post_init__(self) -> None:
         if (self.process, self.signal) == ("planner", "STOP"):
@@ -30,7 +30,7 @@ class AvoidLimits(Settings, frozen=True):
     clearance_m: NonNegative
     """Least distance between the vehicle's circle and any object."""
     path_ratio: Annotated[float, msgspec.Meta(ge=1.0)]
-    """Length of its way over that of an all-knowing planner, which keeps `clearance_m` as well."""
+    """Length of its way over an all-knowing planner's."""
     over_bottom_m: NonNegative = 0.0
     """Least height over the sea-bed."""
 
@@ -41,16 +41,16 @@ class BenchLimits(Settings, frozen=True):
     pings_lost: NonNegativeInt
     """Pings that left the simulated sonar and have no obstacle list."""
     latency_p50_ms: Positive
-    """From the ping's last byte on the line to its obstacle list at the client, median."""
+    """Median, from the ping's last byte to its list at the client."""
     latency_p99_ms: Positive
     longest_gap_s: Positive
     """Longest time between two obstacle lists."""
     position_rms_m: Positive | None = None
-    """Horizontal position error of the tracked objects, rms over all lists and objects."""
+    """Horizontal, rms over all lists and objects."""
     radius_error: Fraction | None = None
     """Mean relative error of the radius of each object."""
     tracked_share: Fraction | None = None
-    """Share of the lists in which each object has a track, once it has been in the sector for `settle_s`."""
+    """Share of the lists with a track of each object, once `settle_s` in the sector."""
     false_tracks: NonNegativeInt | None = None
     """Confirmed tracks that belong to no object."""
     avoid: AvoidLimits | None = None
@@ -70,7 +70,7 @@ class BenchConfig(SimConfig, frozen=True):
     planner: PlannerSettings | None = None
     """None: no planner; the simulated vehicle then goes as the scene says."""
     settle_s: NonNegative = 3.0
-    """Time from an object's entry into the sector by which it must be tracked, s."""
+    """Time from an object's entry into the sector by which it must be tracked."""
     record: Path | None = None
     """Record everything on the bus, truth too, into a new folder in this one."""
     kill: list[KillSettings] = msgspec.field(default_factory=list)

@@ -39,16 +39,16 @@ class ListSettings(Settings, frozen=True, kw_only=True):
     """How much a bridge sends."""
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 10.0
-    """Largest number of lists sent per second, Hz."""
+    """Most lists a second."""
     most_obstacles: Annotated[int, msgspec.Meta(ge=1, le=100)] = 50
-    """Largest number of obstacles sent of a list: the nearest."""
+    """Most obstacles of a list; the nearest are sent."""
 
 
 class UdpSettings(ListSettings, frozen=True, kw_only=True):
     """Where a bridge sends, and how much."""
 
     to: str
-    """One receiver, such as "udp://192.168.2.5:5005": an IP address and a port. No multicast, no broadcast."""
+    """One receiver, "udp://192.168.2.5:5005"; no multicast, no broadcast."""
 
     def __post_init__(self) -> None:
         destination_of(self.to)
@@ -58,26 +58,26 @@ class JsonSettings(UdpSettings, frozen=True):
     """JSON: one datagram a list."""
 
     most_bytes: Annotated[int, msgspec.Meta(ge=1000, le=65_000)] = 16_000
-    """Longest datagram, bytes; obstacles beyond it are left out, the farthest first. Over 1472 bytes Ethernet fragments
-    it, and one lost fragment loses all of it."""
+    """Longest datagram; the farthest obstacles beyond it are left out. Ethernet fragments more than 1472 bytes, and one
+    lost fragment loses all."""
 
 
 class TtmSettings(UdpSettings, frozen=True):
     """NMEA 0183 TTM: a sentence and a datagram an obstacle."""
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 2.0
-    """Largest number of lists sent per second, Hz."""
+    """Most lists a second."""
     talker: Annotated[str, msgspec.Meta(pattern="^[A-Z]{2}$")] = "RA"
-    """Talker of the sentences: many displays accept targets of a radar only."""
+    """Many displays accept targets of a radar only."""
 
 
 class MoosSettings(UdpSettings, frozen=True):
     """MOOS-IvP: GIVEN_OBSTACLE to pShare, a datagram an obstacle."""
 
     duration_s: Annotated[float, msgspec.Meta(ge=0.5, le=60.0)] = 2.0
-    """pObstacleMgr drops an obstacle without an update for this time, s."""
+    """pObstacleMgr drops an obstacle without an update for this time."""
     sigmas: Annotated[float, msgspec.Meta(ge=0.0, le=5.0)] = 2.0
-    """Polygons are larger than the obstacle by this number of standard deviations of its position and radius."""
+    """Polygons are larger by this number of standard deviations."""
 
 
 Ros2Topic = Literal["obstacles", "markers", "tracks", "clearance", "odometry", "diagnostics", "tf", "image"]
@@ -88,13 +88,13 @@ class Ros2Settings(ListSettings, frozen=True):
     """ROS 2 by DDS: needs `pip install 'ods[ros2]'`."""
 
     interface: Annotated[str, msgspec.Meta(pattern="^[A-Za-z0-9_][A-Za-z0-9_.-]{0,14}$")] = "lo"
-    """The network interface, by its name (`ip address`); no other one is used. "lo": nodes on this computer only."""
+    """The only network interface used. "lo": nodes on this computer."""
     domain: Annotated[int, msgspec.Meta(ge=0, le=232)] = 0
     """ROS_DOMAIN_ID of the nodes."""
     peers: Annotated[tuple[str, ...], msgspec.Meta(max_length=16)] = ()
     """IP addresses of the computers with the nodes; "lo" needs none."""
     multicast: bool = False
-    """Let nodes of the whole network find this bridge, and receive it, without being named in `peers`."""
+    """Nodes of the whole network may find this bridge and receive from it."""
     namespace: Annotated[str, msgspec.Meta(pattern="^(/[A-Za-z][A-Za-z0-9_]*)+$", max_length=100)] = "/ods"
     """In front of the topics' names, but for /diagnostics and /tf."""
     map_frame: FrameName = "map"
@@ -104,14 +104,11 @@ class Ros2Settings(ListSettings, frozen=True):
     send: Annotated[tuple[Ros2Topic, ...], msgspec.Meta(min_length=1)] = (
         "obstacles", "markers", "tracks", "clearance", "odometry", "diagnostics",
     )  # fmt: skip
-    """obstacles: nav2_dynamic_msgs/ObstacleArray; markers: visualization_msgs/MarkerArray; tracks:
-    radar_msgs/RadarTracks; clearance: sensor_msgs/PointCloud2; odometry: nav_msgs/Odometry; diagnostics:
-    diagnostic_msgs/DiagnosticArray; tf: tf2_msgs/TFMessage, only where no other node publishes the vehicle's position;
-    image: marine_acoustic_msgs/ProjectedSonarImage."""
+    """Topics (docs/bridges/ros2.md); `tf` only where no other node publishes the vehicle's position."""
     image_hz: Annotated[float, msgspec.Meta(gt=0.0, le=20.0)] = 2.0
     """Images sent a second, at most."""
     image_bytes: Annotated[int, msgspec.Meta(ge=1000, le=4_000_000)] = 50_000
-    """Samples of an image: one with more is sent with longer ones, each the highest of those that it stands for."""
+    """Largest image; of a larger one neighbouring ranges are joined, by their highest sample."""
 
     def __post_init__(self) -> None:
         for peer in self.peers:
@@ -134,16 +131,15 @@ class MavlinkSettings(UdpSettings, frozen=True):
     """MAVLink 2: OBSTACLE_DISTANCE or OBSTACLE_DISTANCE_3D."""
 
     form: Literal["distance", "3d"] = "distance"
-    """distance: 72 sectors around the vehicle in one message; 3d: a message for each obstacle, and for each sector that
-    is not free."""
+    """distance: 72 sectors in one message; 3d: a message for each obstacle and each sector that is not free."""
     unknown: Literal["obstacle", "unknown"] = "obstacle"
-    """Water that is not known to be empty is sent as an obstacle, or as unknown, which ArduPilot takes for free."""
+    """Unknown water is sent as an obstacle, or as unknown, which ArduPilot takes for free."""
     unknown_m: Annotated[float, msgspec.Meta(ge=0.1, le=100.0)] = 1.0
-    """An obstacle that stands for unknown water is never nearer, m."""
+    """An obstacle that stands for unknown water is never nearer."""
     near_m: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 3.0
-    """Water so near counts as looked at if what follows is clear, m: no sonar sees what is next to it."""
+    """Unobserved water up to here counts as clear if what follows is: no sonar sees what is next to it."""
     most_m: Annotated[float, msgspec.Meta(ge=1.0, le=600.0)] = 30.0
-    """What is farther away is not sent, m."""
+    """What is farther away is not sent."""
     system_id: Annotated[int, msgspec.Meta(ge=1, le=255)] = 1
     """Of the vehicle, SYSID_THISMAV of its autopilot."""
     component_id: Annotated[int, msgspec.Meta(ge=1, le=255)] = 196

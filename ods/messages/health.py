@@ -19,11 +19,11 @@ class Health(msgspec.Struct, frozen=True):
     counters: dict[str, int]
     """Since start; every kind of loss has its own."""
     rates_hz: dict[str, float]
-    """Messages a second over the last period, for each topic read or published."""
+    """By topic, of the last period."""
     ages_s: dict[str, float]
-    """Time since the newest message of each topic read; -1 if there was none."""
+    """Since the newest message of each topic read; -1: none."""
     lags: dict[str, int]
-    """Longest queue since the last report, for each topic read."""
+    """Longest queue of each topic read, since the last report."""
     cpu_percent: float
     """Of one core, over the last period."""
     rss_mb: float

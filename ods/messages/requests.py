@@ -10,9 +10,9 @@ from ods.messages.fields import Count, ReplaySpeed, SonarLevel, SonarRange
 class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
     """A planner's request to the sonar process to set values until the next request; without values it only asks.
 
-    Unknown fields are refused, as a misspelt one would otherwise be answered with ok and set nothing.
+    Unknown fields are refused.
 
-    The answer comes when record 7000 of the sonar shows the new value, or when that failed: allow some seconds.
+    The answer comes when the sonar reports the new value, or when that failed: allow some seconds.
     """
 
     range_m: SonarRange | None = None
@@ -27,9 +27,8 @@ class SonarAnswer(msgspec.Struct, frozen=True, kw_only=True):
     ok: bool
     """The sonar works with what was asked for."""
     reason: str
-    """Why not, in plain words; empty when ok."""
     range_m: float | None = None
-    """The range that the sonar reports now; none: it has not reported one."""
+    """As the sonar reports now."""
     power_db: float | None = None
     gain_db: float | None = None
 
@@ -38,8 +37,7 @@ class ReplayRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=Tru
     """A wish to a live replay, `ods replay --live`."""
 
     do: Literal["tell", "pause", "go", "step"] = "tell"
-    """`tell`: nothing but the answer; step: continue until this number of obstacle lists has been published, then
-    pause."""
+    """`tell`: only the answer; `step`: continue for `steps` obstacle lists, then pause."""
     steps: Annotated[int, msgspec.Meta(ge=1, le=1_000_000)] = 1
     speed: ReplaySpeed | None = None
     """New speed; none: keep the present one."""
@@ -50,7 +48,6 @@ class ReplayAnswer(msgspec.Struct, frozen=True, kw_only=True):
 
     ok: bool
     reason: str
-    """Why the request was not followed, in plain words; empty when ok."""
     paused: bool = False
     at_s: float = 0.0
     """Of the recording, from its start: the newest message that was published."""

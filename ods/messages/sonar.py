@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class RangeGrid(msgspec.Struct, frozen=True):
-    """Marks a ping as a range image: each direction has the range of its strongest echo, not a level at each range.
+    """Marks a ping as a range image: each direction has the range of its strongest echo.
 
     Column k of `Ping.data` has the elevation `elevation_rad[k]`. `Ping.dr_m` times the number of a pixel is the slant
     range, m; 0: no echo in that direction.
@@ -37,7 +37,7 @@ class Sweep(msgspec.Struct, frozen=True):
     rising: bool
     """It turns to starboard."""
     ends: bool = False
-    """The next beam does not go on from the last one of this ping: the head turns back, or jumps."""
+    """The head turns back, or jumps, after this ping."""
 
 
 class Ping(msgspec.Struct, frozen=True):
@@ -47,13 +47,10 @@ class Ping(msgspec.Struct, frozen=True):
     """
 
     seq: Count
-    """Pings published by this sonar process, from 0."""
     ping_number: Count
-    """The sonar's own ping counter."""
     t_ns: Instant
     """Transmit time."""
     t_rx_ns: Instant
-    """When the last byte of this ping was read."""
     utc_ns: Instant
     """Transmit time, UTC."""
     beams: Annotated[int, msgspec.Meta(ge=1, le=4096)]
@@ -63,7 +60,7 @@ class Ping(msgspec.Struct, frozen=True):
     data: bytes
     """Amplitudes, C order (beams, samples)."""
     bearing_rad: list[Angle]
-    """(beams,) true bearing of each beam, strictly increasing within a plane."""
+    """(beams,) strictly increasing within a plane."""
     range0_m: Metres
     """Slant range of the first sample's centre."""
     dr_m: Annotated[float, msgspec.Meta(ge=1e-6, le=100.0)]
@@ -71,9 +68,9 @@ class Ping(msgspec.Struct, frozen=True):
     sound_speed: SoundSpeed
     """m/s."""
     elevation_rad: list[Angle] = []
-    """(beams,) elevation of each beam; empty when all are 0."""
+    """(beams,) empty: all 0."""
     beam_width_rad: list[Angle] = []
-    """(beams,) horizontal -3 dB width of each beam; empty if not reported."""
+    """(beams,) horizontal -3 dB widths; empty: not reported."""
     planes: Annotated[int, msgspec.Meta(ge=1, le=64)] = 1
     frequency_hz: Annotated[float, msgspec.Meta(ge=0.0, le=1e9)] = 0.0
     """0 if not reported."""
@@ -82,19 +79,15 @@ class Ping(msgspec.Struct, frozen=True):
     scale_factor: Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)] = 1.0
     """log8: the factor F (s7k record 7042, default 40); db: decibels a count; linear: unused."""
     setting: str = ""
-    """Other settings of the sonar, such as power and gain. Levels of pings with different settings are not
-    comparable."""
+    """Other settings, such as gain; levels of different settings are not comparable."""
     no_data: list[tuple[int, int, int]] = []
-    """Samples without data, as runs (beam, first, stop): samples `first` to `stop` - 1 of that beam. Empty: the sonar
-    reports no such samples."""
+    """Samples without data, as runs (beam, first, stop)."""
     beam_t_ns: list[Instant] = []
-    """(beams,) transmit time of each beam of a mechanically scanned sonar, `t_ns` that of the newest; empty: all were
-    transmitted at `t_ns`."""
+    """(beams,) transmit times of a mechanically scanned sonar, `t_ns` of the newest; empty: all at `t_ns`."""
     sweep: Sweep | None = None
-    """Of a mechanically scanned sonar, whose ping has beams over 50 degrees at most; none: the ping is an image of all
-    of the sector."""
+    """Of a mechanically scanned sonar, whose ping has beams over 50 degrees at most."""
     range_grid: RangeGrid | None = None
-    """Of a 3-D sonar: `data` are ranges by bearing and elevation. None: levels by bearing and range."""
+    """Of a 3-D sonar: `data` are ranges by bearing and elevation."""
 
 
 def frame_of(ping: Ping) -> "AnyArray":

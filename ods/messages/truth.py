@@ -14,7 +14,7 @@ class TruthObject(msgspec.Struct, frozen=True):
     radius_m: float
     in_sector: bool
     peak_db: float = 0.0
-    """Highest expected level of its echo, dB over 1 count^2, with noise and gain as they are; 0 out of the sector."""
+    """Highest expected level of its echo, dB over 1 count^2; 0 out of the sector."""
     background_db: float = 0.0
     """Expected level around it, likewise: the difference is its signal-to-noise ratio."""
 

@@ -37,9 +37,9 @@ class Pose(msgspec.Struct, frozen=True):
     utc_source: UtcSource = "unsure"
     """Source of `utc_ns`: this computer's clock, the INS's, or an unreliable one."""
     altitude_m: Height | None = None
-    """Altitude of the vehicle's origin over the bottom straight below; none: not reported, or implausible."""
+    """Of the vehicle's origin over the bottom straight below; none: not reported, or implausible."""
     sigma_altitude_m: Coordinate = 0.0
-    """Its standard deviation, m."""
+    """Its standard deviation."""
 
 
 class Site(msgspec.Struct, frozen=True):
@@ -58,18 +58,16 @@ class PoseAt(msgspec.Struct, frozen=True):
     velocity_ned: Vector3
     """Of the vehicle's origin, m/s."""
     sigma_position: Vector3
-    """Standard deviations, m, north east down."""
     sigma_attitude: Vector3
     """Standard deviations of the vehicle's roll, pitch, yaw, rad."""
     extrapolated_s: float = 0.0
-    """Time to the `Pose` from which it was extrapolated, s; 0: it lies between two."""
+    """Time to the `Pose` from which it was extrapolated; 0: interpolated."""
 
 
 class VehicleSetPoint(msgspec.Struct, frozen=True):
     """Set point of the reference planner for the simulated vehicle; on the bench only."""
 
     seq: Count
-    """Set points published by this planner process, from 0."""
     t_ns: Instant
     """When it was made; it holds until the next one."""
     utc_ns: Instant
@@ -84,6 +82,6 @@ class VehicleSetPoint(msgspec.Struct, frozen=True):
     avoiding: bool
     """Something is in the way to the way-point."""
     valid: bool
-    """False: that list is not valid or too old; the planner does what its settings say for that."""
+    """False: that list is not valid or too old."""
     arrived: bool
-    """The last way-point is reached; then no set points go to the vehicle any more."""
+    """The last way-point is reached."""

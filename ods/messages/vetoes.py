@@ -11,13 +11,13 @@ class VetoRegion(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, 
     """A region that a veto names: a circle or a polygon, in the local frame. Only what lies whole inside is meant."""
 
     centre_ne: tuple[Coordinate, Coordinate] | None = None
-    """North and east of the circle's centre, m; none: a polygon."""
+    """North and east of a circle's centre; none: a polygon."""
     radius_m: Annotated[float, msgspec.Meta(ge=0.0, le=LARGEST_REGION_M)] = 0.0
     corners_ne: Annotated[list[tuple[Coordinate, Coordinate]], msgspec.Meta(max_length=MOST_CORNERS)] = []
-    """North and east of the polygon's corners in order, m, at least three; empty: a circle."""
+    """North and east of a polygon's corners in order, at least three; empty: a circle."""
     down_m: tuple[Coordinate, Coordinate] | None = None
-    """From and to this depth in the local frame, down positive, m, where lists have depths: an object is meant only if
-    two standard deviations of its depth fit, too. None: at any depth."""
+    """From and to this down coordinate, where lists have depths: two standard deviations of an object's must fit. None:
+    any."""
 
     def __post_init__(self) -> None:
         if (self.centre_ne is None) == (not self.corners_ne):
@@ -39,17 +39,16 @@ class Veto(msgspec.Struct, frozen=True, kw_only=True):
     number: Count
     """Counted by the tracker, from 0."""
     author: str
-    """Name of the key by which it came (`ods keys`)."""
+    """Name of the key by which it came."""
     reason: str
     until_ns: Instant
-    """When it expires, CLOCK_MONOTONIC, so that a step of UTC changes nothing,"""
+    """When it expires."""
     until_utc_ns: Instant
-    """and the same, UTC."""
     region: VetoRegion
-    """The obstacle is ignored only while its circle, of `radius_m`, lies whole inside. Of a veto by id: the circle that
-    it had then, and 2 m around."""
+    """The obstacle is ignored only while its circle lies whole inside. Of a veto by id: its circle then, and 2 m
+    around."""
     id: ObjectId | None = None
-    """The obstacle; none: all static ones in the region, `moving` at most 0.5."""
+    """None: all static ones in the region (`moving` at most 0.5)."""
 
 
 VetoAction = Literal["ignore", "forget", "restore", "list"]
@@ -59,16 +58,15 @@ class VetoRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True,
     """An operator's request to the tracker, on a socket that takes the keys of operators only (`ods keys`)."""
 
     do: VetoAction
-    """ignore: an obstacle by `id`, or what rests in a `region`, for `for_s`; forget: drop an obstacle by `id`, which is
-    tracked again if there are echoes of it; restore: end a veto, by its `number`, or by the `id` of its obstacle; list:
-    nothing but the answer."""
+    """ignore: an obstacle by `id`, or what rests in a `region`, for `for_s`; forget: drop an obstacle by `id` until it
+    echoes again; restore: end a veto by its `number`, or its obstacle's `id`; list: only the answer."""
     id: ObjectId | None = None
     region: VetoRegion | None = None
     number: Count | None = None
     reason: Annotated[str, msgspec.Meta(max_length=200)] = ""
-    """Why; never empty, but for `list`."""
+    """Never empty, except with `list`."""
     for_s: Annotated[float, msgspec.Meta(gt=0.0, le=LONGEST_VETO_S)] | None = None
-    """How long, s; always with `ignore`, and with nothing else."""
+    """With `ignore` only."""
 
     def __post_init__(self) -> None:
         named = [name for name in ("id", "region", "number") if getattr(self, name) is not None]
@@ -88,7 +86,6 @@ class VetoAnswer(msgspec.Struct, frozen=True, kw_only=True):
 
     ok: bool
     reason: str
-    """Why not, in plain words; empty when ok."""
     vetoes: list[Veto] = []
     """Those that hold now."""
 
@@ -97,7 +94,6 @@ class VetoOrder(msgspec.Struct, frozen=True, kw_only=True):
     """A request as the tracker took it, published for the record: lists after it were made with it."""
 
     seq: Count
-    """Orders published by this tracker process, from 0."""
     t_ns: Instant
     """When it was carried out or refused."""
     utc_ns: Instant
@@ -105,4 +101,4 @@ class VetoOrder(msgspec.Struct, frozen=True, kw_only=True):
     """Name of the key by which it came."""
     request: VetoRequest
     refused: str
-    """Why it was refused, in plain words; empty: it was carried out."""
+    """Why it was refused; empty: carried out."""

@@ -24,33 +24,33 @@ class WorldSettings(Settings, frozen=True):
     """Of what the worlds are made: obstacles in a box between start and goal, Poisson distributed."""
 
     length_m: Metres = 300.0
-    """From start to goal, due north, m."""
+    """From start to goal, due north."""
     width_m: Metres = 120.0
-    """Of the box, m."""
+    """Of the box."""
     obstacles_per_hectare: Annotated[float, msgspec.Meta(ge=0.0, le=1000.0)] = 5.0
     """Mean number in 10,000 m^2."""
     moving_share: Fraction = 0.3
     """Share of them that move, each with one velocity."""
     radius_m: tuple[Positive, Positive] = (0.5, 2.5)
-    """Least and greatest radius, m: evenly distributed. They are upright cylinders."""
+    """Least and greatest radius: evenly distributed. They are upright cylinders."""
     speed_m_s: tuple[NonNegative, NonNegative] = (0.2, 1.0)
-    """Least and greatest speed of those that move, m/s."""
+    """Least and greatest speed of those that move."""
     height_m: Positive = 10.0
-    """Their reach above and below the vehicle's depth, m."""
+    """Their reach above and below the vehicle's depth."""
     current_m_s: NonNegative = 0.3
-    """Greatest speed of the current, m/s; its direction is random. What moves does so over ground."""
+    """Greatest speed of the current; its direction is random. What moves does so over ground."""
     down_m: Annotated[float, msgspec.Meta(ge=1.0, le=6000.0)] = 20.0
-    """Depth that the vehicle is to keep, m."""
+    """Depth that the vehicle is to keep."""
     free_start_m: NonNegative = 30.0
     """No obstacle begins nearer to the start, m,"""
     free_goal_m: NonNegative = 15.0
-    """or to the goal, m."""
+    """or to the goal."""
     dead_ends: Annotated[int, msgspec.Meta(ge=0, le=20)] = 0
     """Half circles of obstacles without a gap across the way, open towards the start, evenly from start to goal,"""
     dead_end_m: Metres = 12.0
-    """and their radius, m."""
+    """and their radius."""
     heard_within_m: Positive | None = None
-    """Obstacles echo only where the vehicle is nearer to their edges, m; none: as far as the sonar receives them."""
+    """Obstacles echo only where the vehicle is nearer to their edges; none: as far as the sonar receives them."""
     surface: Surface = Surface(cd=0.1, cs=0.05, sigma_deg=15.0)
     """How obstacles reflect."""
     sea_bed: SeaBed | None = None
@@ -83,7 +83,7 @@ class ChartSettings(Settings, frozen=True):
     """What `--chart` compares, in the same worlds."""
 
     speeds_m_s: Annotated[tuple[Positive, ...], msgspec.Meta(min_length=1)] = (1.0, 2.0, 3.0)
-    """Cruise speeds of the vehicle, m/s."""
+    """Cruise speeds of the vehicle."""
     fit_missions: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 4
     """Image-level missions to which the laws of each variant are fitted."""
     image_missions: Annotated[int, msgspec.Meta(ge=0, le=1_000_000)] = 0
@@ -108,7 +108,7 @@ class Campaign(Settings, frozen=True):
     sonar: str = "seabat6012"
     """Name of a file in config/sonars, or a path that ends in .toml."""
     range_m: Metres | None = None
-    """Range that the sonar is set to, m: the shorter the more pings a second; none: its own."""
+    """Range that the sonar is set to: the shorter the more pings a second; none: its own."""
     onboard: Path | None = None
     """Configuration of pipeline and tracker; none: built-in settings."""
     pipeline: PipelineSettings | None = None
@@ -120,7 +120,7 @@ class Campaign(Settings, frozen=True):
     detections: Path | None = None
     """The laws, a file by --fit; for `fidelity = "detections"`."""
     near_miss_m: NonNegative = 1.0
-    """Nearer than this without touching is a near miss, m."""
+    """Nearer than this without touching is a near miss."""
     longest: Annotated[float, msgspec.Meta(ge=1.0, le=100.0)] = 3.0
     """Longest duration of a mission, in multiples of the straight way at cruise speed."""
     world: WorldSettings = WorldSettings()

@@ -31,13 +31,13 @@ class CanSettings(Settings, frozen=True):
     channel: str = "can0"
     """Network interface, or device of the adapter."""
     bitrate: PositiveInt | None = None
-    """Bit rate, bit/s; not used by socketcan, where the network interface has its own."""
+    """bit/s; not for socketcan."""
     options: dict[str, OptionValue] = msgspec.field(default_factory=dict)
-    """More keyword arguments of python-can's bus class, for instance tty_baudrate of slcan."""
+    """More arguments of python-can's bus class, as tty_baudrate of slcan."""
     receive_buffer_bytes: PositiveInt = 8 * 1024 * 1024
     """Size of the kernel's receive buffer (socketcan)."""
     silence_s: Seconds = 1.0
-    """Without any frame for this time the interface is closed and opened again, s."""
+    """After so long without a frame the interface is opened again."""
 
     def __post_init__(self) -> None:
         why = REFUSED_INTERFACES.get(self.interface)
@@ -57,28 +57,28 @@ class LimitSettings(Settings, frozen=True):
     """Limits of a plausible pose; others are dropped and counted."""
 
     horizontal_m: Positive = 100_000.0
-    """Largest distance from the site's origin along north and east, m."""
+    """Largest distance from the site's origin along north and east."""
     height_m: NonNegative = 100.0
-    """Largest height above the datum, m."""
+    """Largest height above the datum."""
     depth_m: Positive = 12_000.0
-    """Largest depth below the datum, m."""
+    """Largest depth below the datum."""
     speed: Annotated[Positive, unit("m/s")] = 30.0
     """Largest speed along each body axis, m/s."""
     age_s: Annotated[Positive, slider(0.1, 5.0, unit="s")] = 1.0
-    """Longest time from the pose's instant to its arrival, s."""
+    """Longest time from the pose's instant to its arrival."""
     altitude_m: Annotated[float, msgspec.Meta(gt=0.0, le=20_000.0)] = 500.0
-    """Largest altitude over the bottom, m; a larger one, or one not above 0, is left out of its pose."""
+    """Largest altitude over the bottom."""
 
 
 class SigmaSettings(Settings, frozen=True):
     """Standard deviations of an INS that reports none."""
 
     position_m: Annotated[Positive, slider(0.01, 50.0, log=True, unit="m")] = 0.5
-    """Standard deviation of north, east and down, m."""
+    """Standard deviation of north, east and down."""
     attitude_rad: Annotated[Positive, slider(1e-4, 0.2, log=True, unit="rad")] = 0.005
-    """Standard deviation of roll, pitch and yaw, rad."""
+    """Standard deviation of roll, pitch and yaw."""
     altitude_m: Annotated[Positive, slider(0.01, 10.0, log=True, unit="m")] = 0.3
-    """Standard deviation of the altitude over the bottom, m."""
+    """Standard deviation of the altitude over the bottom."""
 
 
 class ObjectSettings(Settings, frozen=True):
@@ -121,7 +121,7 @@ class CanopenSettings(Settings, frozen=True):
     """An INS by CANopen, and the own node."""
 
     ins_eds: Path
-    """EDS or DCF file of the INS: which objects its PDOs carry."""
+    """EDS or DCF file of the INS."""
     node_eds: Path
     """EDS file of the CANopen node of this process."""
     ins_node_id: NodeId = 5
@@ -129,26 +129,25 @@ class CanopenSettings(Settings, frozen=True):
     node_id: NodeId = 32
     """CANopen node id of this process."""
     objects: dict[str, str | ObjectSettings] = msgspec.field(default_factory=lambda: dict(POSE_OBJECTS))
-    """Pose field of each object of the INS, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`.
-    Replaces the whole default table, which is that of config/ins.eds and config/ins_altitude.eds
-    (docs/navigation/canopen.md)."""
+    """Pose field of each object of the INS, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`. Replaces
+    all of the default table (docs/navigation/canopen.md)."""
     status_bits: dict[str, StatusBit] = msgspec.field(default_factory=lambda: dict(STATUS_BITS))
-    """Bit of the status object that is set while position, attitude, velocity, time_of_day or altitude (over the
-    bottom) is valid; a part left out is always valid."""
+    """Bit of the status object that is set while position, attitude, velocity, time_of_day or altitude is valid; a part
+    left out always is."""
     epoch_window_s: Seconds = 0.005
-    """Without sequence numbers: longest time from the first to the last PDO of one instant, s; must be shorter than the
-    time between two instants."""
+    """Without sequence numbers: longest time from first to last PDO of an instant; shorter than between two
+    instants."""
     start_ins: bool = False
-    """Send NMT `start remote node` to the INS after its boot-up and while it is pre-operational; to an INS without
-    heartbeat while there is no pose."""
+    """Send NMT start to the INS after its boot-up and while it is pre-operational; without heartbeat, while there is no
+    pose."""
     sync_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.0
-    """Period of the SYNC that this node sends for an INS that needs one, s; 0: none."""
+    """Period of this node's SYNC; 0: none."""
     heartbeat_timeout_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 1.0
-    """Time without a heartbeat of the INS that is a problem, s; 0: it sends none."""
+    """Longest time without the INS's heartbeat; 0: it sends none."""
     heartbeat_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 0.5
-    """Period of this node's own heartbeat, s; 0: none."""
+    """Period of this node's own heartbeat; 0: none."""
     emcy_inhibit_s: Annotated[float, msgspec.Meta(ge=0.0, le=6.5)] = 0.1
-    """Shortest time between two emergency messages of this node, s."""
+    """Shortest time between two emergency messages."""
     serial_number: Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)] = 0
     """Serial number in this node's identity object."""
 
@@ -164,15 +163,15 @@ class PartSettings(Settings, frozen=True):
     """One signal of a DBC file: sign x factor x value."""
 
     signal: str
-    """MESSAGE.SIGNAL, as the DBC names them."""
+    """MESSAGE.SIGNAL of the DBC."""
     unit: str | None = None
     """Unit of the signal, if the DBC has none or a wrong one."""
     factor: float | None = None
-    """Pose field's unit per unit of the signal, for units without a name here."""
+    """Pose field's unit per unit of the signal, instead of `unit`."""
     sign: Literal[1, -1] = 1
     """-1 inverts the signal: a depth reported as altitude."""
     any_value: bool = False
-    """Also use values outside the signal's range in the DBC, if that range is wrong."""
+    """Use values outside the DBC's range, too."""
 
     def __post_init__(self) -> None:
         if self.unit is not None and self.factor is not None:
@@ -185,8 +184,7 @@ class SignalSettings(PartSettings, frozen=True):
     """A signal and its conversion to a pose field: sign x factor x value + plus + offset."""
 
     plus: str | PartSettings | None = None
-    """A second signal of the same instant that is added, such as the fraction to the whole, or the lower bits to the
-    higher."""
+    """A second signal that is added, such as a fraction or lower bits."""
     offset: float = 0.0
     """Offset that is added last, in the field's unit."""
 
@@ -195,31 +193,29 @@ class HeldSettings(Settings, frozen=True):
     """A message with a rate of its own: its newest values are held."""
 
     max_age_s: Seconds = 0.5
-    """Longest time that values are held, s; there is no pose while they are older."""
+    """Longest time that values are held; older: no pose."""
     growth_m_s: NonNegative = 0.2
-    """Increase of the standard deviation of a held position, which is extrapolated by the velocity, per second of age,
-    m/s."""
+    """Growth of a held position's standard deviation with its age."""
     growth_rad_s: NonNegative = 0.1
-    """Increase of the standard deviation of a held angle per second of age, rad/s."""
+    """Growth of a held angle's standard deviation with its age."""
 
 
 class TimeSettings(Settings, frozen=True):
     """The INS's own clock in a DBC file."""
 
     signal: str
-    """MESSAGE.SIGNAL, as the DBC names them."""
+    """MESSAGE.SIGNAL of the DBC."""
     unit: str | None = None
     """Unit of the signal, if the DBC has none or a wrong one."""
     wraps_at: Positive | None = None
-    """Value at which it restarts from 0, in the signal's unit; none: an integer at its full number of bits, others
-    never."""
+    """Value at which it restarts from 0; left out: an integer's full number of bits, others never."""
 
 
 class ValiditySettings(Settings, frozen=True):
     """A status that must hold for poses to be used."""
 
     signal: str
-    """MESSAGE.SIGNAL, as the DBC names them; its integer is used as transmitted, without factor and offset."""
+    """MESSAGE.SIGNAL; its integer as transmitted, without factor and offset."""
     mask: NonNegativeInt | None = None
     """Bits that count; none: all."""
     accept: list[NonNegativeInt] | None = None
@@ -227,7 +223,7 @@ class ValiditySettings(Settings, frozen=True):
     says: str = "pose"
     """Name of what is not valid otherwise, for the health report."""
     holds_s: Seconds = 2.0
-    """A status older than this does not count, s."""
+    """A status older than this does not count."""
 
     def __post_init__(self) -> None:
         if self.mask is None and self.accept is None:
@@ -244,23 +240,22 @@ class DbcSettings(Settings, frozen=True):
     file: Path
     """The DBC file."""
     signals: dict[str, str | SignalSettings]
-    """MESSAGE.SIGNAL of each pose field, or a table; docs/navigation/dbc.md lists the fields."""
+    """MESSAGE.SIGNAL of each pose field (docs/navigation/dbc.md), or a table."""
     time: str | TimeSettings | None = None
-    """Signal of the INS's clock; none: the instant of a pose is its arrival."""
+    """Signal of the INS's clock; left out: arrival counts."""
     epoch: list[str] | None = None
-    """Messages of one instant in the order of sending; none: found on the bus by the silence after the last one."""
+    """Messages of one instant in the order of sending; left out: found by the silence after the last."""
     sequence: list[str] = msgspec.field(default_factory=list)
-    """A signal of each message of an instant, MESSAGE.SIGNAL, with the same value in all of them: a counter or a time
-    stamp. The order of the messages does not matter then."""
+    """Counter or time stamp with the same value in all messages of an instant, MESSAGE.SIGNAL of each; then order does
+    not matter."""
     held: dict[str, HeldSettings] = msgspec.field(default_factory=dict)
-    """Messages with a rate of their own, by name; they belong to no instant."""
+    """Messages with a rate of their own, by name."""
     window_s: Seconds = 0.008
-    """An epoch must be complete within this time after its instant, s; shorter than the period of the INS, so that it
-    contains no frame of a later instant."""
+    """An epoch must be complete this soon after its instant; shorter than the INS's period."""
     valid: list[ValiditySettings] = msgspec.field(default_factory=list)
     """Conditions for poses to be used."""
     source_address: Annotated[int, msgspec.Meta(ge=0, le=253)] | None = None
-    """J1939 and NMEA 2000: source address of the messages; none: any sender, only the parameter group counts."""
+    """J1939 and NMEA 2000: source address of the messages; left out: any."""
 
 
 NMEA_CHOICES: dict[str, tuple[str, ...]] = {
@@ -291,7 +286,7 @@ class NmeaSettings(Settings, frozen=True):
     depth: str = "GGA"
     """GGA: its altitude above mean sea level; DPT, DBT, DBS, TS: depth below the surface."""
     attitude: str = "PASHR"
-    """PASHR, PSXN (kind 23, of a Seapath) or SA: roll and pitch. There is a pose for each of these sentences."""
+    """PASHR, PSXN (kind 23) or SA: roll and pitch; each makes a pose."""
     heading: str = "PASHR"
     """PASHR, PSXN, HDT or SA."""
     velocity: str = "VTG"
@@ -299,17 +294,17 @@ class NmeaSettings(Settings, frozen=True):
     accuracy: str | None = None
     """GST; none: `nav.sigma.position_m` holds."""
     altitude: str | None = None
-    """DPT or DBT (an echo sounder under the vehicle), or BD: altitude over the bottom; none: no altitude."""
+    """DPT or DBT (an echo sounder under the vehicle), or BD: altitude over the bottom."""
     accept: dict[Literal["estimated", "manual", "simulated", "unsafe"], Annotated[NonNegative, unit("m")]] = (
         msgspec.field(default_factory=lambda: {"estimated": 10.0})
     )
-    """Positions and velocities that are used although they are no fix: GGA of quality 6, 7 and 8, RMC and VTG of mode
-    E, M and S, and an RMC with navigational status U; each with its addition to the standard deviation of the position,
-    m. Estimated ones add nothing if `accuracy` names a sentence. Kinds that are left out are refused."""
+    """Kinds that are used although they are no fix (GGA of quality 6, 7, 8; RMC and VTG of mode E, M, S; RMC of status
+    U), each with its addition to the position's standard deviation, m: nothing for estimated ones if `accuracy` is set.
+    Others are refused."""
     held: dict[str, HeldSettings] = msgspec.field(
         default_factory=lambda: {name: HeldSettings(max_age_s=1.5) for name in ("GGA", "RMC", "GST")}
     )
-    """How long each sentence is held, by its name without talker; one left out: the defaults."""
+    """How long each sentence is held, by name without talker."""
 
     @property
     def look_at(self) -> str:
@@ -337,7 +332,7 @@ class NavSettings(Settings, frozen=True):
     """Source of the vehicle's pose."""
 
     source: Literal["canopen", "dbc", "nmea"] = "canopen"
-    """Protocol of the INS; the table of that name has its settings."""
+    """Protocol of the INS; its table has the settings."""
     canopen: CanopenSettings | None = None
     """For source "canopen"."""
     dbc: DbcSettings | None = None
@@ -346,12 +341,11 @@ class NavSettings(Settings, frozen=True):
     """For source "nmea"."""
     can: CanSettings = CanSettings()
     lever_arm_m: Lever = (0.0, 0.0, 0.0)
-    """Point of the vehicle whose position and velocity the INS reports: forward, starboard and down of the body's
-    origin, m."""
+    """Point whose position and velocity the INS reports: forward, starboard, down of the body's origin."""
     stale_s: Seconds = 0.5
-    """Time without a pose that is a problem, s."""
+    """Time without a pose that is a problem."""
     clock_jump_s: Seconds = 0.1
-    """A step of the INS's clock by more than this is followed at once, when four epochs in a row confirm it, s."""
+    """A larger step of the INS's clock is followed when four epochs confirm it."""
     limits: LimitSettings = LimitSettings()
     sigma: SigmaSettings = SigmaSettings()
 

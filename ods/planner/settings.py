@@ -19,41 +19,40 @@ class SteeringSettings(Settings, frozen=True):
     """What the vehicle can do, what distance it shall keep, and what it does without a list to rely on."""
 
     cruise_m_s: Positive = 2.0
-    """Speed through the water with nothing in the way, m/s."""
+    """Speed through the water with nothing in the way."""
     slow_m_s: Positive = 1.0
-    """The least speed at which the vehicle still steers, m/s: it cannot stop."""
+    """Least speed at which the vehicle still steers."""
     turn_rate_deg_s: Positive = 10.0
     """Degrees a second."""
     acceleration_m_s2: Positive = 0.2
-    """Along the course, m/s^2."""
+    """Along the course."""
     vehicle_radius_m: NonNegative = 0.5
-    """Of the circle around the vehicle, m."""
+    """Of the circle around the vehicle."""
     keep_m: NonNegative = 3.0
-    """Distance to keep between the vehicle's circle and an obstacle's edge, m."""
+    """Distance to keep between the vehicle's circle and an obstacle's edge."""
     risk: Annotated[float, msgspec.Meta(gt=0.0, lt=0.5)] = 0.01
-    """Highest probability, of each obstacle at each instant, that this distance is not kept."""
+    """Highest probability that this distance is not kept."""
     certain_s: NonNegativeSeconds = 3.0
-    """Time ahead within which a risk counts fully, s: it cannot be corrected later."""
+    """Time ahead within which a risk counts fully."""
     expected_s: Seconds = 10.0
-    """From `certain_s` on less and less of the standard deviations counts, and from here on, s, none: newer lists come
-    before, and places are taken as expected."""
+    """From `certain_s` to here standard deviations count less and less, later not at all."""
     horizon_s: Annotated[float, msgspec.Meta(gt=1.0, le=300.0)] = 30.0
-    """Time ahead for which paths are judged, s."""
+    """Time ahead for which paths are judged."""
     headings: Annotated[int, msgspec.Meta(ge=8, le=360)] = 60
     """Headings that are tried, all around."""
     look_m: Positive = 20.0
-    """Water ahead that should be known to be empty, m; where less is, the vehicle goes slowly."""
+    """With less water ahead known to be empty the vehicle goes slowly."""
     reached_m: Positive = 10.0
-    """A way-point counts as reached at this distance, m; with less than its turning circle a vehicle may circle it."""
+    """A way-point is reached at this distance; not less than the turning circle."""
     stale_s: Seconds = 1.0
-    """A list older than this counts as one that is not valid, s."""
+    """An older list counts as not valid."""
     not_valid: Literal["slow", "climb", "turn"] = "climb"
-    """What happens while the list is not valid. Always: slow, and clear of what was last listed. After
-    `not_valid_after_s` as well: climb to `climb_to_m`, or turn back to where the vehicle came from."""
+    """While the list is not valid: slow, clear of what was last listed; after `not_valid_after_s` also climb to
+    `climb_to_m`, or turn back."""
     not_valid_after_s: NonNegativeSeconds = 3.0
     """s."""
     climb_to_m: Down = 5.0
-    """Down coordinate that it climbs to, m."""
+    """Down coordinate that it climbs to."""
 
     def __post_init__(self) -> None:
         if self.slow_m_s > self.cruise_m_s:
@@ -71,7 +70,7 @@ class PlannerCanSettings(Settings, frozen=True):
     """The CAN bus of the simulated vehicle."""
 
     eds: Path
-    """EDS file of the vehicle, whose RPDO 1 holds the set point."""
+    """EDS file of the vehicle (RPDO 1)."""
     interface: str = "socketcan"
     """As python-can names it; the bench replaces it,"""
     channel: str = "vcan0"

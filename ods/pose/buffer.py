@@ -30,10 +30,9 @@ class PoseSettings(Settings, frozen=True):
     capacity: Annotated[int, msgspec.Meta(ge=2)] = 400
     """Number of poses that are kept."""
     max_extrapolation_s: Annotated[Positive, slider(0.05, 2.0, unit="s")] = 0.3
-    """Longest extrapolation beyond the newest pose, and longest gap that is interpolated, s."""
+    """Longest extrapolation, and longest gap that is interpolated."""
     max_rate_hz: Positive = 250.0
-    """Of faster poses only this number a second is kept, and the newest, 1/s: `capacity` of them must reach back to the
-    transmission of a ping."""
+    """Poses kept of each second, and the newest: `capacity` must reach back to a ping's transmission."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,17 +13,17 @@ class RecordSettings(Settings, frozen=True):
     """The recorder: writes everything on the bus to files."""
 
     on: bool = False
-    """`ods run`, or systemd, runs the recorder. `ods record` by hand does not need this."""
+    """`ods run`, or systemd, runs the recorder."""
     folder: Path | None = None
     """Folder in which each mission gets a folder of its own."""
     segment_min: Annotated[float, msgspec.Meta(ge=0.1, le=60.0)] = 10.0
-    """Length of a file, minutes; their index is kept in memory."""
+    """Length of a file; their index is kept in memory."""
     when_full: Literal["wait", "delete_oldest", "stop"] = "wait"
-    """When the disk is full: wait for space, delete the oldest complete file in `folder`, or stop recording."""
+    """When the disk is full; the oldest complete file in `folder` is deleted."""
     keep_free_mb: NonNegative = 100.0
-    """The disk counts as full when less is free, MB, so that the map can still be written."""
+    """The disk counts as full when less is free: the map needs some."""
     queue_mb: Annotated[float, msgspec.Meta(ge=1.0, le=1000.0)] = 32.0
-    """Memory for messages that wait for the disk, MB; beyond it the oldest are dropped and counted."""
+    """Memory for messages that wait for the disk; the oldest beyond it are dropped and counted."""
 
     def __post_init__(self) -> None:
         if self.on and self.folder is None:

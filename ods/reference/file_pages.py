@@ -8,7 +8,7 @@ import msgspec
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
 from ods.pipeline.stage.params import GroupParams
 from ods.pipeline.stage.registry import find_stage, stage_names
-from ods.reference.setting_pages import key_table, tables
+from ods.reference.setting_pages import Seen, key_table, tables
 from ods.reference.type_names import GENERATED
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.sonar.settings import SonarFile
@@ -19,7 +19,7 @@ TOP = "-"
 
 def file_pages() -> dict[str, str]:
     """Return the pages: name and text."""
-    scene = tables(SceneFile, TOP, {})
+    scene = tables(SceneFile, TOP, Seen())
     images = [(path, text) for path, text in scene if path.startswith(f"{TOP}.image")]
     stages = [name for name in stage_names() if find_stage(name).params.__module__.startswith("ods.pipeline.")]
     detectors = [name for name in stages if name.startswith("detect.")]
@@ -30,7 +30,7 @@ def file_pages() -> dict[str, str]:
         "configuration/detectors.md": _stages("Stages: detectors", detectors, shared),
         "configuration/scene.md": _file("Scene files", [each for each in scene if each not in images]),
         "configuration/image.md": _file("Scene files: the image", images),
-        "configuration/sonar-file.md": _file("Sonar files", tables(SonarFile, TOP, {})),
+        "configuration/sonar-file.md": _file("Sonar files", tables(SonarFile, TOP, Seen())),
     }
 
 
@@ -41,7 +41,7 @@ def _stages(title: str, names: Sequence[str], text: str = "") -> str:
         own = key_table(params, leave_out=known if issubclass(params, GroupParams) else ())
         about = (inspect.getdoc(params) or "").removeprefix(f"{name}: ")
         text += f"\n## {name}\n\n{about[:1].upper()}{about[1:]}\n\n{own}"
-    return f"# {title}\n\n{GENERATED} What they are for: [stages](../pipeline/stages.md).\n{text}"
+    return f"# {title}\n\n{GENERATED} [How to read it](README.md), [what they are for](../pipeline/stages.md).\n{text}"
 
 
 def _file(title: str, sections: Sequence[tuple[str, str]]) -> str:

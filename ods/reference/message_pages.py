@@ -7,17 +7,17 @@ import msgspec
 
 from ods import messages
 from ods.base.field_docs import field_docs
-from ods.reference.type_names import GENERATED, type_name
+from ods.reference.type_names import GENERATED, choices, type_name
 from ods.runtime import bus
 from ods.runtime.ping_pace import LONGEST_S, PERIODS
-from ods.runtime.processes import PROCESSES, SUPERVISOR
+from ods.runtime.processes import SUPERVISOR
 from ods.runtime.raw_bytes import RawBytes
 
 MESSAGES = {
     "sonar": "Sonar", "detections": "Detections", "vehicle": "Vehicle", "vetoes": "Vetoes", "obstacles": "Obstacles",
-    "requests": "Requests", "health": "Health", "truth": "Truth, bench only", "raw": "Bytes of the sonar's line",
+    "requests": "Health and requests", "truth": "Truth, bench only",
 }  # fmt: skip
-"""Pages of messages, in their order: by module of `ods.messages`."""
+"""Pages of messages, in their order: by module of `ods.messages`, small ones together."""
 HEAD = """# Messages
 
 Generated from `ods/messages/` by `make docs`; do not edit.
@@ -38,32 +38,44 @@ With a sonar that pings seldom, `ping` and `detections` are stale after {PERIODS
 REQUESTS_HEAD = """
 Requests go to a socket of their own, one part each way, from a ZeroMQ REQ socket (or DEALER, with an empty part first):
 
-| socket | answered by | request | answer |
-|---|---|---|---|
+socket | answered by | request | answer
+---|---|---|---
+"""
+
+FIELDS = """A field is a float unless its type follows the name; the schema has the limits. Where the pages say no more:
+
+field | meaning
+---|---
+`seq` | Messages of this topic that the process has published, from 0.
+`ping_number` | The sonar's own ping counter; -1: the list or clearance has no ping.
+`t_rx_ns` | When the ping's last byte was read.
+`made_ns` | When the message was made; 0: not reported.
+`sigma_...` | Standard deviation of the field of this name; of a vector, in its axes.
+`reason` | Why not, in plain words; empty when `ok`.
 """
 
 
 def message_pages() -> dict[str, str]:
     """Return the page of topics and requests, and one for each module of messages: name and text."""
-    text = HEAD + "| topic | message | published by | rate | stale after |\n|---|---|---|---|---|\n"
+    text = HEAD + "topic | message | published by | rate | stale after\n---|---|---|---|---\n"
     for topic in bus.TOPICS.values():
-        text += f"| `{topic.name}` | {_link(topic.message)} | {topic.publisher} |"
-        text += f" {topic.rate_hz:g}/s | {topic.stale_s:g} s |\n" if topic.rate_hz else " now and then | |\n"
-    publishers = f"{', '.join(PROCESSES)}; `ods run` (as {SUPERVISOR}.sock) for those that are down"
-    text += f"| `{bus.HEALTH}` | {_link(messages.Health)} | {publishers} | {1 / bus.HEALTH_PERIOD_S:g}/s |"
-    text += f" {bus.HEALTH_STALE_S:g} s |\n"
+        text += f"`{topic.name}` | {_link(topic.message)} | {topic.publisher} |"
+        text += f" {topic.rate_hz:g}/s | {topic.stale_s:g} s\n" if topic.rate_hz else " now and then |\n"
+    publishers = f"each process; `ods run` (as {SUPERVISOR}.sock) for those that are down"
+    text += f"`{bus.HEALTH}` | {_link(messages.Health)} | {publishers} | {1 / bus.HEALTH_PERIOD_S:g}/s |"
+    text += f" {bus.HEALTH_STALE_S:g} s\n"
     text += PACED + REQUESTS_HEAD
     for row in bus.REQUESTS.values():
-        text += f"| `{row.name}.sock` | {row.process} | {_link(row.request)} | {_link(row.answer)} |\n"
+        text += f"`{row.name}.sock` | {row.process} | {_link(row.request)} | {_link(row.answer)}\n"
     doc = inspect.getdoc(messages) or ""
-    text += "\n" + doc.split("\n\n")[1].strip() + "\n\n| page | messages |\n|---|---|\n"
+    text += "\n" + doc.split("\n\n")[1].strip() + "\n\n" + FIELDS + "\npage | messages\n---|---\n"
     found: dict[str, list[type[msgspec.Struct]]] = {page: [] for page in MESSAGES}
     for kind in _structs():
         found[_page_of(kind)].append(kind)
     for page, kinds in found.items():
-        text += f"| [{MESSAGES[page]}]({page}.md) | {', '.join(_link(kind) for kind in kinds)} |\n"
+        text += f"[{MESSAGES[page]}]({page}.md) | {', '.join(kind.__name__ for kind in kinds)}\n"
     made = {
-        f"messages/{page}.md": f"# {MESSAGES[page]}: messages\n\n{GENERATED} [All messages](README.md).\n"
+        f"messages/{page}.md": f"# {MESSAGES[page]}: messages\n\n{GENERATED} [How to read it](README.md).\n"
         + "".join(_section(kind) for kind in kinds)
         for page, kinds in found.items()
     }
@@ -71,7 +83,8 @@ def message_pages() -> dict[str, str]:
 
 
 def _page_of(kind: type[msgspec.Struct]) -> str:
-    return "raw" if kind is RawBytes else kind.__module__.rpartition(".")[2]
+    module = kind.__module__.rpartition(".")[2]
+    return {"raw_bytes": "sonar", "health": "requests"}.get(module, module)
 
 
 def _link(kind: type[msgspec.Struct]) -> str:
@@ -93,8 +106,27 @@ def _structs() -> list[type[msgspec.Struct]]:
 def _section(kind: type[msgspec.Struct]) -> str:
     meaning = field_docs(kind)
     hints = get_type_hints(kind, include_extras=True)
-    rows = "".join(
-        f"| `{field.name}` | {type_name(hints[field.name])} | {meaning.get(field.name, '')} |\n"
-        for field in msgspec.structs.fields(kind)
-    )
-    return f"\n## {kind.__name__}\n\n{inspect.getdoc(kind)}\n\n| field | type | meaning |\n|---|---|---|\n{rows}"
+    rows = dict[int, tuple[list[str], str]]()
+    for number, field in enumerate(msgspec.structs.fields(kind)):
+        said = _meaning(hints[field.name], meaning.get(field.name, ""))
+        name = " ".join(filter(None, (f"`{field.name}`", _type(hints[field.name]))))
+        last = rows[max(rows)] if rows else None
+        if last and not said and not last[1]:  # fields whose names say it all share a row
+            last[0].append(name)
+        else:
+            rows[number] = ([name], said)
+    table = "".join(f"{', '.join(names)} | {said}".rstrip() + "\n" for names, said in rows.values())
+    return f"\n## {kind.__name__}\n\n{inspect.getdoc(kind)}\n\nfield | meaning\n---|---\n{table}"
+
+
+def _type(hint: object) -> str:
+    """Return the type of a field; "" where it is a float, or text of which each value is named."""
+    name = type_name(hint)
+    return "" if name == "float" or (choices(hint) and name == "text") else name
+
+
+def _meaning(hint: object, meaning: str) -> str:
+    """Return what a field means, after the values that it may have and that the meaning does not name."""
+    values = choices(hint)
+    missing = [value for value in values if str(value) not in meaning]
+    return f"{', '.join(f'`{value}`' for value in values)}. {meaning}".strip() if missing else meaning

@@ -2,14 +2,15 @@
 
 import inspect
 from collections.abc import Collection
-from typing import get_args, get_origin, get_type_hints
+from typing import NamedTuple, get_args, get_origin, get_type_hints
 
 import msgspec
 
 from ods.base.field_docs import field_docs
+from ods.base.settings import Settings
 from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
-from ods.reference.type_names import GENERATED, type_name
+from ods.reference.type_names import GENERATED, choices, default_of, limits
 
 SETTINGS = {
     "vehicle": "Vehicle, bus and recordings", "sonar": "Line to the sonar", "sonars": "Settings by kind of sonar",
@@ -31,32 +32,50 @@ CONFIG_HEAD = """# Configuration
 Generated from the settings types by `make docs`; do not edit.
 
 Files are TOML. An unknown key, a wrong type or a value out of range is one line that names the file and the key, and
-exit code 2. Relative paths are relative to the file's own folder; `~` is the user's home. In brackets: the usual range
-and its unit. The workbench's slider covers that range; values outside are accepted, and `ods doctor` notes them.
+exit code 2. Relative paths are relative to the file's own folder; `~` is the user's home.
+
+A key's ending is its unit: `_m`, `_s`, `_deg`. The second column has the value of a key that is left out, or a type
+where there is none or the meaning says it; `required`: the key must be there. `1..60` are limits, `(1..60)` the usual
+range, which the workbench's slider covers: values outside are accepted, and `ods doctor` notes them.
 """
+
+
+class Table(NamedTuple):
+    """One TOML table: its path, and the section of the page about it."""
+
+    path: str
+    text: str
+
+
+class Seen:
+    """What the sections so far have described."""
+
+    def __init__(self) -> None:
+        self.kinds: dict[type, str] = {}
+        """Path of the first table of each type, and of the first one with the keys of each of their bases."""
+        self.sections: set[tuple[str, type]] = set()
 
 
 def setting_pages() -> dict[str, str]:
     """Return the index of the tables, and a page for each group of them: name and text."""
     found: dict[str, str] = dict.fromkeys(SETTINGS, "")
     named: dict[str, list[str]] = {page: [] for page in SETTINGS}
-    seen: dict[type[msgspec.Struct], str] = {}
+    seen = Seen()
     for config in (OnboardConfig, BenchConfig):
         for path, text in tables(config, "", seen):
             page = next((TABLES[each] for each in _parents(path) if each in TABLES), "vehicle")
             found[page] += text
             named[page] += [f"`{path}`"] if path.count(".") == 0 or path in TABLES else []
-    rows = "".join(f"| [{SETTINGS[page]}]({page}.md) | {', '.join(named[page])} |\n" for page in SETTINGS)
-    rows += "| [Equalizers and filters](stages.md), [detectors](detectors.md) "
-    rows += "| `pipeline.stage[]` |\n"
-    rows += "| [Scene files](scene.md), [their images](image.md) | config/scenes/*.toml |\n"
-    rows += "| [Sonar files](sonar-file.md) | config/sonars/*.toml |\n"
+    rows = "".join(f"[{SETTINGS[page]}]({page}.md) | {', '.join(named[page])}\n" for page in SETTINGS)
+    rows += "[Equalizers and filters](stages.md), [detectors](detectors.md) | `pipeline.stage[]`\n"
+    rows += "[Scene files](scene.md), [their images](image.md) | config/scenes/*.toml\n"
+    rows += "[Sonar files](sonar-file.md) | config/sonars/*.toml\n"
     made = {
-        f"configuration/{page}.md": f"# {SETTINGS[page]}: configuration\n\n{GENERATED} "
-        f"[How to read it, and all tables](README.md).\n{text}"
+        f"configuration/{page}.md": f"# {SETTINGS[page]}: configuration\n\n{GENERATED} [How to read it](README.md).\n"
+        f"{text}"
         for page, text in found.items()
     }
-    return {"configuration/README.md": f"{CONFIG_HEAD}\n| page | tables |\n|---|---|\n{rows}", **made}
+    return {"configuration/README.md": f"{CONFIG_HEAD}\npage | tables\n---|---\n{rows}", **made}
 
 
 def _parents(path: str) -> list[str]:
@@ -65,32 +84,69 @@ def _parents(path: str) -> list[str]:
     return [".".join(parts[:n]) for n in range(len(parts), 0, -1)]
 
 
-def tables(kind: type[msgspec.Struct], path: str, seen: dict[type[msgspec.Struct], str]) -> list[tuple[str, str]]:
-    """Return path and section of one TOML table and of the tables inside it; one that was there is only named."""
-    if path and kind in seen:
-        same = f"\n## [{path}]\n\n{inspect.getdoc(kind)} Its keys are those of `[{seen[kind]}]`.\n"
-        return [(path, same)] if seen[kind] != path else []
-    seen[kind] = path
+def tables(kind: type[msgspec.Struct], path: str, seen: Seen) -> list[Table]:
+    """Return one TOML table and the tables inside it; what was described before is only named."""
+    if (path, kind) in seen.sections:
+        return []
+    seen.sections.add((path, kind))
+    if path and kind in seen.kinds:
+        return [Table(path, f"\n## [{path}]\n\nAs `[{seen.kinds[kind]}]`.\n")]
+    shared = {base: seen.kinds[base] for base in _bases(kind) if base in seen.kinds} if path else {}
+    seen.kinds |= dict.fromkeys({kind, *_bases(kind)} - shared.keys(), path)
     hints = get_type_hints(kind, include_extras=True)
-    inner = list[tuple[str, str]]()
+    inner = list[Table]()
     for field in msgspec.structs.fields(kind):
         for item, suffix in _structs_inside(hints[field.name]):
             inner += tables(item, f"{path}.{field.name}".lstrip(".") + suffix, seen)
-    table = key_table(kind)
+    known = {name: where for base, where in shared.items() for name in _unchanged(base, kind)}
+    table = key_table(kind, known)
     head = f"\n## [{path}]\n\n{inspect.getdoc(kind)}\n"
-    return [(path, head + (f"\n{table}" if table else "")), *inner] if path else inner
+    for where in dict.fromkeys(known.values()):
+        head += f"\nAs in `[{where}]`: {', '.join(f'`{name}`' for name in known if known[name] == where)}.\n"
+    return [Table(path, head + (f"\n{table}" if table else "")), *inner] if path else inner
 
 
 def key_table(kind: type[msgspec.Struct], leave_out: Collection[str] = ()) -> str:
     """Return the table of a struct's keys but for those that are tables themselves; "" where there is none."""
     meaning, hints = field_docs(kind), get_type_hints(kind, include_extras=True)
     rows = "".join(
-        f"| `{field.name}` | {type_name(hint)} | {_default(field)} | {meaning.get(field.name, '')} |\n"
+        f"`{field.name}` | {_value(field, hints[field.name], meaning.get(field.name, ''))}\n"
         for field in msgspec.structs.fields(kind)
-        if field.name not in leave_out
-        and not (inspect.isclass(hint := hints[field.name]) and issubclass(hint, msgspec.Struct))
+        if field.name not in leave_out and not _is_described_below(hints[field.name], meaning.get(field.name, ""))
     )
-    return f"| key | type | default | meaning |\n|---|---|---|---|\n{rows}" if rows else ""
+    return f"key | value | meaning\n---|---|---\n{rows}" if rows else ""
+
+
+def _value(field: msgspec.structs.FieldInfo, hint: object, meaning: str) -> str:
+    """Return the cells of a key beside its name: default and limits, and meaning with the choices it does not name."""
+    default = default_of(field, hint)
+    values = [str(value) for value in choices(hint)]
+    if all(value in meaning for value in values):
+        values = []
+    says = f"{', '.join(f'`{value}`' for value in values)}. " if values else ""
+    return f"{' '.join(filter(None, (default, limits(hint))))} | {says}{meaning}".rstrip()
+
+
+def _is_described_below(hint: object, meaning: str) -> bool:
+    """Return whether a key is only the name of a table that has a section of its own."""
+    inside = _structs_inside(hint)
+    plain = inspect.isclass(hint) and issubclass(hint, msgspec.Struct)
+    return bool(inside) and (plain or not meaning)
+
+
+def _bases(kind: type) -> list[type]:
+    """Return the settings types whose keys a type has as well."""
+    return [base for base in kind.__mro__[1:] if issubclass(base, Settings) and base is not Settings]
+
+
+def _unchanged(base: type, kind: type) -> list[str]:
+    """Return the keys of a base that a type has with the same default."""
+    own = {field.name: (field.default, field.default_factory) for field in msgspec.structs.fields(kind)}
+    return [
+        field.name
+        for field in msgspec.structs.fields(base)
+        if own[field.name] == (field.default, field.default_factory) and field.name not in kind.__annotations__
+    ]
 
 
 def _structs_inside(hint: object, suffix: str = "") -> list[tuple[type[msgspec.Struct], str]]:
@@ -100,12 +156,3 @@ def _structs_inside(hint: object, suffix: str = "") -> list[tuple[type[msgspec.S
     origin = get_origin(hint)
     suffix = "[]" if origin is list else ".NAME" if origin is dict else suffix
     return [found for item in get_args(hint) for found in _structs_inside(item, suffix)]
-
-
-def _default(field: msgspec.structs.FieldInfo) -> str:
-    if field.required:
-        return "required"
-    if inspect.isfunction(field.default_factory):  # it depends on the machine
-        return "see there"
-    value = field.default if field.default is not msgspec.NODEFAULT else field.default_factory()
-    return f"`{value}`" if len(f"{value}") < 60 else "see there"

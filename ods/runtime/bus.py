@@ -125,13 +125,12 @@ class BusSettings(Settings, frozen=True):
     """The bus between the processes."""
 
     run_dir: Path = msgspec.field(default_factory=default_run_dir)
-    """Folder of sockets and locks; its path must stay under 80 characters. Left out: /run/ods for root and wherever
-    that exists, else $XDG_RUNTIME_DIR/ods, else ~/.local/state/ods/run."""
+    """Folder of sockets and locks, under 80 characters. Left out: /run/ods for root and where it exists, else
+    $XDG_RUNTIME_DIR/ods, else ~/.local/state/ods/run."""
     keys: Path | None = None
-    """Folder of the keys by which other computers are known: `ods keys`. Its files are those of the user who runs the
-    processes."""
+    """Folder of other computers' keys (`ods keys`), owned by the user who runs the processes."""
     listen: tuple[ListenSettings, ...] = ()
-    """What other computers may receive, encrypted; left out: nothing, and no port is open."""
+    """What other computers may receive, encrypted; left out: nothing."""
 
     def __post_init__(self) -> None:
         if len(str(self.run_dir)) > 80:

@@ -74,7 +74,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     "sonar": (
         CounterRow("pings", "pings published", trouble=False),
         CounterRow("beams", "beams of a mechanically scanned sonar, of which pings are made", trouble=False),
-        CounterRow("lost_pings", "ping numbers without a complete ping, for any reason", logged=True,
+        CounterRow("lost_pings", "ping numbers without a complete ping", logged=True,
                    advice="the sonar sent pings that did not arrive complete: noise, a full line, or a busy "
                    "processor"),
         CounterRow("duplicate_pings", "samples of a ping that was published already"),
@@ -145,7 +145,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("geometry_changes", "times beams or ranges were not those of the ping before: stages prepared again",
                    trouble=False),
         CounterRow("drop_out_image", "images without usable data (drop-out)"),
-        CounterRow("unseen_images", "images with unseen parts, for any of the reasons of `UnseenPart`",
+        CounterRow("unseen_images", "images with an `UnseenPart`",
                    advice="parts of the sector are blind: `ods watch` says which, and why"),
         CounterRow("pings_without_pose", "pings without a pose for the stages that compare pings"),
         CounterRow("process_mean_us", "running mean of the time a ping takes, us", trouble=False),

@@ -9,13 +9,12 @@ EXAMPLE = 'such as "tcp://192.168.2.10:5600"'
 
 
 class ListenSettings(Settings, frozen=True):
-    """One address on which other computers may receive topics, each with a key of its own: `ods keys`."""
+    """An address on which other computers may receive topics."""
 
     at: str
-    """Where it listens, such as "tcp://192.168.2.10:5600": the IP address of one of this computer's interfaces, and a
-    port. All interfaces only where it says 0.0.0.0."""
+    """"tcp://192.168.2.10:5600": IP address of one of this computer's interfaces (all: 0.0.0.0), and a port."""
     topics: list[str]
-    """Topics that it sends, such as ["obstacles", "clearance"]; `health` is one, too."""
+    """Topics that it sends, such as ["obstacles", "health"]."""
 
     def __post_init__(self) -> None:
         _refuse_no_address(self.at)

@@ -47,18 +47,16 @@ class SuperviseSettings(Settings, frozen=True):
     """Restarts of processes that ended or hang."""
 
     first_delay_s: NonNegative = 0.1
-    """Delay of the first restart, s; each further one is delayed twice as long, up to `longest_delay_s`."""
+    """Delay of the first restart, doubled each time up to `longest_delay_s`."""
     longest_delay_s: NonNegative = 5.0
     settled_s: Positive = 60.0
-    """A process that has run for this time counts as working, s: its next restart has `first_delay_s` again."""
+    """After this time of running the delay is `first_delay_s` again."""
     start_s: Positive = 30.0
-    """Time for the first sign of life, s. A process that uses a processor or waits for one meanwhile gets the same time
-    again."""
+    """Time for the first sign of life; twice that for a process that uses or waits for a processor."""
     watchdog_s: Positive = 3.0
-    """A work loop without a sign of life for this time counts as hung, s; while it waits for a processor, up to ten
-    times as long."""
+    """A loop without a sign of life for this time hangs; ten times as long while it waits for a processor."""
     stop_s: Positive = 1.5
-    """Time to stop after SIGTERM before SIGKILL, s."""
+    """Time to stop after SIGTERM before SIGKILL."""
 
 
 class Child:

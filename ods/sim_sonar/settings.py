@@ -19,12 +19,11 @@ class FaultSettings(Settings, frozen=True):
 
     kind: Literal["serial_unplugged", "sonar_silent", "sonar_garbage", "ins_silent", "ins_steps", "loud"] | Blindness
     """serial_unplugged: the sonar's line disappears; sonar_silent, ins_silent: the device sends nothing; sonar_garbage:
-    it sends other bytes; ins_steps: the position that the INS reports is off by `INS_STEP_M`. The others are in the
-    image: zeros: all samples are 0; dead_beams: those of the port half are; cut_beams: those of the far half of the
-    range are; head_blocked: all are 20 dB weaker; saturated: all are at full scale; loud: noise of 20 dB over the
-    median level is added."""
+    it sends other bytes; ins_steps: the INS's position is off by 47 m. In the image: zeros: all samples are 0;
+    dead_beams: those of the port half; cut_beams: those of the far half of the range; head_blocked: all are 20 dB
+    weaker; saturated: all are at full scale; loud: noise of 20 dB over the median level is added."""
     at_s: NonNegative
-    """Mission time, s."""
+    """Mission time."""
     for_s: Positive
 
 
@@ -32,29 +31,29 @@ class VehicleSettings(Settings, frozen=True):
     """What a vehicle that obeys set points can do."""
 
     least_m_s: NonNegative = 1.0
-    """Below this speed it does not steer, so it does not go slower, m/s."""
+    """Below this speed it does not steer."""
     most_m_s: Positive = 3.0
     """m/s."""
     acceleration_m_s2: Positive = 0.2
-    """Along its course, m/s^2."""
+    """Along its course."""
     turn_rate_deg_s: Positive = 10.0
     """Degrees a second."""
     turn_acceleration_deg_s2: Positive = 10.0
     """Degrees a second, in a second."""
     climb_m_s: Positive = 0.5
-    """Up and down, m/s."""
+    """Up and down."""
     radius_m: Annotated[float, msgspec.Meta(ge=0.0, le=20.0)] = 0.5
-    """Of the circle around it that must not touch anything, m."""
+    """Of the circle around it that must not touch anything."""
 
 
 class ObeyingVehicle(Settings, frozen=True):
-    """A vehicle that goes as the set points say that come over CAN.
+    """A vehicle that obeys set points over CAN.
 
-    It starts at the scene's place for it, and goes on along `heading_deg` as fast as `velocity_ned`.
+    It starts as the scene says.
     """
 
     eds: Path
-    """EDS file of its CANopen node: RPDO 1 holds the set point."""
+    """EDS file of its CANopen node (RPDO 1)."""
     node_id: Annotated[int, msgspec.Meta(ge=1, le=127)] = 6
     current_m_s: tuple[Speed, Speed] = (0.0, 0.0)
     """North, east: the water takes it along."""
@@ -69,39 +68,36 @@ class SimSettings(Settings, frozen=True):
     sonar: Path
     """TOML file of the sonar."""
     ins: Literal["canopen", "dbc", "nmea"] = "canopen"
-    """Protocol of the simulated INS; nav.source on board must be the same."""
+    """The simulated INS; nav.source on board must be the same."""
     ins_eds: Path | None = None
     """For ins "canopen": its EDS file."""
     ins_dbc: Path | None = None
     """For ins "dbc": its DBC file, with the messages of config/sbg.dbc."""
     can: Literal["auto", "vcan0", "slcan"] = "auto"
-    """auto: vcan0 where the kernel has it, else an slcan line over a pseudo-terminal."""
+    """auto: vcan0 where the kernel has it, else slcan."""
     sonar_line: Literal["serial", "tcp", "oculus", "norbit", "ping360", "ping360_udp", "sonar3d15"] = "serial"
-    """serial: a pseudo-terminal with the bare s7k records; tcp: the same in network frames, for one client at
-    127.0.0.1; oculus, norbit: a Blueprint Oculus or a Norbit WBMS there, on its own kind of TCP; ping360, ping360_udp:
-    a Blue Robotics Ping360 on a pseudo-terminal, or behind a bridge that sends datagrams from 127.0.0.1; sonar3d15: a
-    Water Linked Sonar 3D-15, by multicast at 127.0.0.1."""
+    """serial: s7k records on a pseudo-terminal; tcp: the same in network frames, for one client at 127.0.0.1; oculus,
+    norbit: those sonars, by TCP there; ping360, ping360_udp: a Ping360 on a pseudo-terminal, or behind a bridge at
+    127.0.0.1; sonar3d15: by multicast there."""
     sonar_tcp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 7000
-    """TCP port at 127.0.0.1 of the simulated sonar, if its line is not serial."""
+    """TCP port at 127.0.0.1, unless serial."""
     sonar_status_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 52102
-    """UDP port at 127.0.0.1 to which a simulated Oculus sends its status."""
+    """UDP port at 127.0.0.1 of an Oculus's status."""
     sonar_command_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 2209
-    """TCP port at 127.0.0.1 at which a simulated Norbit receives commands."""
+    """TCP port at 127.0.0.1 of a Norbit's commands."""
     sonar_udp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 9092
-    """UDP port: ping360_udp: at 127.0.0.1, at which the bridge receives datagrams; sonar3d15: of the multicast group,
-    to which the sonar sends."""
+    """ping360_udp: UDP port of the bridge at 127.0.0.1; sonar3d15: of the multicast group."""
     boot_s: NonNegative = 2.0
-    """Time between the ports' appearance and the first ping, as a sonar needs to boot."""
+    """From the ports' appearance to the first ping."""
     sonar_latency_ms: NonNegative = 2.0
-    """Time from the last echo to the first byte on the line, ms; the bench configures it on board, as an integrator
-    would."""
+    """From the last echo to the first byte on the line; the bench configures it on board."""
     pose_rate_hz: Positive = 100.0
     vehicle: ObeyingVehicle | None = None
     """None: the vehicle goes as the scene says."""
     sonar_clock_offset_s: float = 0.25
-    """The sonar's clock minus UTC, s: the on-board side must not rely on it."""
+    """The sonar's clock minus UTC."""
     ins_clock_offset_s: float = -0.125
-    """The INS's clock minus UTC, s."""
+    """The INS's clock minus UTC."""
     fault: list[FaultSettings] = msgspec.field(default_factory=list)
 
     def __post_init__(self) -> None:

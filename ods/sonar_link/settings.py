@@ -21,43 +21,41 @@ class SonarSettings(Settings, frozen=True):
     """The line to the sonar, and the sonar's settings."""
 
     port: str
-    """Serial device, such as "/dev/ttyUSB0"; or "tcp://192.168.0.5:7000", a sonar on the network (s7k: in
-    network frames); or "socket://192.168.0.5:4001", a serial server with the bare bytes of the line; or
-    "udp://192.168.2.2:9092", a bridge that takes and sends datagrams; or "udp://224.0.0.96:4747", a multicast group
-    that the sonar sends to."""
+    """Serial device; "tcp://192.168.0.5:7000", a sonar on the network (s7k: in network frames);
+    "socket://192.168.0.5:4001", a serial server with the bare bytes; "udp://192.168.2.2:9092", a bridge with datagrams;
+    "udp://224.0.0.96:4747", a multicast group."""
     protocol: str = "s7k"
-    """The sonar's protocol: a name of the table in docs/sonars/README.md, or of a plug-in."""
+    """Name in docs/sonars/README.md, or of a plug-in."""
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules by name, that register the user's own protocols."""
+    """Python files, or modules, with protocols of your own."""
     baud: Annotated[int, msgspec.Meta(ge=300, le=100_000_000)] = 12_000_000
     """Bit rate of the serial line, bit/s."""
     publish_raw: bool = False
-    """Also publish the bytes of the line on the topic `raw`, for the recorder."""
+    """Publish the line's bytes as `raw`, for the recorder."""
     latency_ms: Annotated[float, msgspec.Meta(ge=-200.0, le=60_000.0), slider(-50.0, 1000.0, unit="ms")] = 0.0
-    """Time from the arrival of the last echo at the sonar to the first byte of its record on the line, ms. Below 0 only
-    to compensate for an INS with a longer delay."""
+    """From the last echo's arrival to the first byte of its record on the line. Below 0 only to compensate for a later
+    INS."""
     max_record_bytes: Annotated[int, msgspec.Meta(ge=1024, le=64 * 1024 * 1024)] = 4 * 1024 * 1024
-    """Longest record accepted, bytes; a header with a larger size is treated as noise."""
+    """Longest record; a header with a larger size is noise."""
     record_timeout_s: Seconds = 1.0
-    """A record that takes longer to arrive is dropped, s; must exceed the time of the longest record on the line. A
-    false header delays pings by at most this."""
+    """A record that takes longer is dropped; longer than the longest record on the line. A false header delays pings by
+    as much at most."""
     reopen_min_s: Seconds = 0.1
-    """Pause before a lost port is first opened again, s; it doubles with every failure."""
+    """Pause before a lost port is opened again; doubles with every failure."""
     reopen_max_s: Seconds = 1.0
-    """Longest such pause, s."""
+    """Longest such pause."""
     silence_s: NonNegativeSeconds = 5.0
-    """A TCP connection, or a UDP peer, without data for this time is closed and opened again, s; 0: never. Serial lines
-    stay open."""
+    """A TCP connection or UDP peer silent for this time is opened again; 0: never."""
     range_m: SonarRange | None = None
-    """Range that the sonar is set to after each connection, m; left out: not changed."""
+    """Range set after each connection; left out: unchanged."""
     power_db: SonarLevel | None = None
-    """Transmit power that the sonar is set to likewise, dB re 1 uPa at 1 m."""
+    """Likewise transmit power, dB re 1 uPa at 1 m."""
     gain_db: SonarLevel | None = None
-    """Receiver gain that the sonar is set to likewise, dB."""
+    """Likewise receiver gain."""
     control_repeat_s: Seconds = 1.0
-    """Time for a setting to appear in the sonar's record 7000 before it is sent again, s."""
+    """Time for a setting to take effect before it is sent again."""
     control_attempts: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
-    """Number of times a setting is sent before it counts as not accepted."""
+    """Times a setting is sent before it counts as not accepted."""
     mounting: MountingSettings = MountingSettings()
     s7k: S7kSettings = S7kSettings()
     oculus: OculusSettings = OculusSettings()

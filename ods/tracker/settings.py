@@ -34,19 +34,18 @@ class MotionSettings(Settings, frozen=True):
     """How objects move: the process noise of the Kalman filters."""
 
     velocity_sigma: Annotated[Positive, slider(0.01, 10.0, log=True, unit="m/s")] = 1.0
-    """Standard deviation of a new object's velocity, each of north and east, if it moves at all, m/s."""
+    """Standard deviation of a new moving object's velocity, north and east, m/s."""
     vertical_velocity_sigma: Annotated[Positive, slider(0.01, 3.0, log=True, unit="m/s")] = 0.3
     """Standard deviation of a new moving object's velocity, down, m/s."""
     acceleration_noise: Annotated[NonNegative, slider(0.0, 1.0, step=1e-5, log=True, unit="m^2/s^3")] = 0.01
-    """Spectral density of a moving object's acceleration, m^2/s^3. More: manoeuvres are followed sooner, steady motion
-    is known less well."""
+    """Spectral density of a moving object's acceleration, m^2/s^3. More: follows manoeuvres sooner, knows steady motion
+    less well."""
     steady_noise: Annotated[NonNegative, slider(0.0, 1e-3, step=1e-8, log=True, unit="m^2/s^3")] = 1e-6
-    """Spectral density of the acceleration of an object that keeps its velocity, m^2/s^3; used by the observer
-    `manoeuvring` only."""
+    """Spectral density of a steady object's acceleration, m^2/s^3 (observer `manoeuvring`)."""
     static_noise: Annotated[NonNegative, slider(0.0, 1e-3, step=1e-8, log=True, unit="m^2/s")] = 2e-6
-    """Spectral density of a static object's position, m^2/s; it represents the drift of the pose."""
+    """Spectral density of a static object's position, m^2/s: the drift of the pose."""
     radius_noise: Annotated[NonNegative, slider(0.0, 0.1, step=1e-5, log=True, unit="m^2/s")] = 1e-3
-    """Spectral density of changes of the radius, which depends on the aspect, m^2/s."""
+    """Spectral density of the radius, m^2/s."""
     static_prior: Annotated[Probability, slider(0.05, 0.95, step=0.05)] = 0.7
     """Share of static objects among new ones."""
     change_rate: Annotated[float, msgspec.Meta(ge=0.0, le=1.0), slider(0.0, 1.0, step=1e-4, log=True, unit="1/s")] = (
@@ -61,14 +60,14 @@ class EchoSettings(Settings, frozen=True):
     detection_probability: Annotated[Probability, slider(0.05, 0.99, step=0.01)] = 0.9
     """Probability that an object in full view is detected in a scan."""
     clutter_per_scan: Annotated[Positive, slider(0.01, 100.0, log=True)] = 1.0
-    """Expected number of false alarms in a scan at the start; the tracker then estimates it."""
+    """Expected false alarms in a scan at the start; then estimated."""
     births_per_scan: Annotated[Positive, slider(0.001, 1.0, log=True)] = 0.03
-    """Expected number of new objects in a scan 0.15 s after the one before, in proportion to that time, at most 1. Its
-    ratio to the number of false alarms decides how much evidence a new object needs."""
+    """Expected number of new objects in a scan after 0.15 s, in proportion to the time. Its ratio to the false alarms
+    decides how much evidence a new object needs."""
     births_at_start: Annotated[Positive, slider(0.001, 5.0, log=True)] = 0.3
-    """Expected number of new objects in each of the first two scans, where every object is new."""
+    """Expected number of new objects in each of the first two scans."""
     gate_sigmas: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 10.0, step=0.1)] = 4.0
-    """Largest distance of a detection from the object's predicted position, standard deviations."""
+    """Largest distance of a detection from the prediction."""
     silence_rate: Annotated[Positive, slider(0.001, 1.0, log=True, unit="1/s")] = 0.02
     """Rate at which an object in view stops giving echoes (aspect, shadow), 1/s."""
     return_rate: Annotated[Positive, slider(0.001, 1.0, log=True, unit="1/s")] = 0.1
@@ -87,77 +86,76 @@ class LifeSettings(Settings, frozen=True):
     drop_existence: Annotated[Probability, slider(0.05, 0.95, step=0.01)] = 0.4
     """A reported object below this existence probability is dropped."""
     edge_sigmas: Annotated[NonNegative, slider(0.0, 5.0, step=0.1)] = 2.0
-    """A missed detection counts only if the prediction lies inside the sector by this number of standard deviations."""
+    """A missed detection counts only if the prediction lies inside the sector by so many."""
     silent_s: Annotated[Positive, slider(0.5, 30.0, step=0.5, unit="s")] = 3.0
-    """An object in view goes to stand-by after this time without an echo, s."""
+    """Time without an echo after which an object in view goes to stand-by."""
     stand_by_s: Annotated[Positive, slider(1.0, 120.0, step=1.0, unit="s")] = 10.0
-    """An object out of view is hibernated (static) or terminated (moving) after this time without an echo, s."""
+    """Time without an echo after which an object out of view is hibernated (static) or terminated (moving)."""
     lost_sigma_m: Annotated[Positive, slider(0.5, 20.0, step=0.5, unit="m")] = 4.0
-    """An unobserved object goes to stand-by, and one on stand-by is hibernated or terminated, when the standard
-    deviation of its position exceeds this, m."""
+    """Standard deviation of position beyond which an unobserved object goes to stand-by, and one on stand-by ends."""
 
 
 class PlannerSettings(Settings, frozen=True):
     """The obstacle list to the path planner."""
 
     period_s: Annotated[float, msgspec.Meta(gt=0.0, le=0.5), slider(0.05, 0.5, step=0.05, unit="s")] = 0.4
-    """Time between lists while no detections arrive, s."""
+    """Time between lists while no detections arrive."""
     announce_ended: Annotated[PositiveInt, slider(1, 20, unit="lists")] = 5
     """Number of consecutive lists that report an ended object as `terminated`."""
     most_listed: Annotated[PositiveInt, slider(10, 2000, step=10)] = 1000
-    """Largest number of objects in a list: the nearest. `left_out` of the list counts the others."""
+    """Most objects in a list: the nearest."""
     shape_sigma: Annotated[NonNegative, slider(0.0, 1.0, step=0.05)] = 0.2
-    """Standard deviation of an object's horizontal position and radius that no number of echoes reduces, in units of
-    its radius: only the near side is visible, and the shape is unknown."""
+    """Standard deviation of horizontal position and radius that no number of echoes reduces, in radii: only the near
+    side is visible."""
     hibernated_within_m: Annotated[NonNegative, slider(0.0, 500.0, step=10.0, unit="m")] = 150.0
-    """Hibernated objects are listed up to this distance from the vehicle, m."""
+    """Hibernated objects are listed up to this distance from the vehicle."""
     lead_times_s: Annotated[
         tuple[Annotated[NonNegative, slider(0.0, 120.0, unit="s")], ...], msgspec.Meta(max_length=20)
     ] = (5.0, 10.0, 20.0)
     """Times ahead for which each obstacle's position is predicted, s."""
     approach_horizon_s: Annotated[Positive, slider(10.0, 600.0, step=10.0, unit="s")] = 300.0
-    """The closest point of approach is searched up to this time ahead, s."""
+    """Longest time ahead of the closest point of approach."""
 
 
 class BottomSettings(Settings, frozen=True):
     """Which objects on the bottom are listed, if the vehicle's altitude is known."""
 
     clearance_m: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m")] = 1.0
-    """An object that rises higher above the bottom is an obstacle, m."""
+    """An object that rises higher above the bottom is an obstacle."""
     list: Literal["hittable", "all"] = "hittable"
-    """hittable: objects that rise no higher than `clearance_m` are left out of the list, if that is certain enough
-    (`risk`); all: all objects are listed."""
+    """hittable: objects that rise no higher than `clearance_m` are left out, if that is certain enough (`risk`); all:
+    none is."""
     risk: Annotated[Probability, slider(0.001, 0.1, log=True)] = 0.01
-    """An object is left out only if its probability of rising higher is below this."""
+    """Highest probability of rising higher of an object left out."""
     slope_deg: Annotated[float, msgspec.Meta(ge=0.0, le=45.0), slider(0.0, 45.0, step=0.5, unit="deg")] = 5.0
-    """Standard deviation of the bottom's mean slope from the vehicle to an object, degrees."""
+    """Standard deviation of the bottom's mean slope from the vehicle to an object."""
     roughness_m: Annotated[NonNegative, slider(0.0, 2.0, step=0.05, unit="m")] = 0.2
-    """Standard deviation of the bottom's height about that slope, m."""
+    """Standard deviation of the bottom's height about that slope."""
 
 
 class SurfaceSettings(Settings, frozen=True):
     """Which waves of the water's surface are listed, where the fan meets it."""
 
     down_m: float = 0.0
-    """Down coordinate of the surface, m; 0: the site's heights count from the surface."""
+    """Down coordinate of the surface; 0: the site's heights count from the surface."""
     list: Literal["hittable", "all"] = "hittable"
-    """hittable: objects that move as waves do, all at one velocity and where the surface may be, are left out of the
-    list; all: all objects are listed."""
+    """hittable: objects that move as waves do, at one velocity and where the surface may be, are left out; all: none
+    is."""
     clearance_m: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m")] = 1.0
-    """An object known to be deeper below the surface is no wave, m."""
+    """An object known to be deeper below the surface is no wave."""
 
 
 class ClearanceSettings(Settings, frozen=True):
     """The message `clearance`: which water around the vehicle is known to be empty."""
 
     sectors: Annotated[int, msgspec.Meta(ge=8, le=360), slider(8, 360)] = 72
-    """Number of sectors of bearing, clockwise from north."""
+    """Number of sectors, clockwise from north."""
     half_height_m: Annotated[NonNegative, slider(0.1, 5.0, log=True, unit="m")] = 0.3
-    """Water counts as observed where the fan covers this height above and below the vehicle's origin, m."""
+    """Height that the fan must cover above and below the vehicle's origin."""
     fastest_m_s: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m/s")] = 2.0
-    """Assumed largest horizontal speed of objects that enter water that is no longer observed, m/s."""
+    """Assumed largest horizontal speed of unobserved objects."""
     fastest_vertical_m_s: Annotated[Positive, slider(0.05, 5.0, log=True, unit="m/s")] = 0.5
-    """Assumed largest vertical speed of such objects, m/s."""
+    """Assumed largest vertical speed of such objects."""
 
 
 class MapSettings(Settings, frozen=True):
@@ -166,7 +164,7 @@ class MapSettings(Settings, frozen=True):
     path: Path | None = None
     """SQLite file; none: the map is lost when the process ends."""
     position_sigma_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.1, unit="m")] = 0.5
-    """Standard deviation added to the position of objects of an earlier mission, each of north and east, m: the pose
+    """Added to the position's standard deviation of objects of an earlier mission, each of north and east: the pose
     error between missions."""
     minimum_times_seen: Annotated[NonNegativeInt, slider(0, 50)] = 5
     """Objects with fewer echoes are not stored for the next mission."""
@@ -176,12 +174,12 @@ class TrackerSettings(Settings, frozen=True):
     """From detections and poses to obstacles."""
 
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules by name, that register the user's own observers and associations."""
+    """Python files, or modules, with observers and associations of your own."""
     observer: str = "manoeuvring"
     """Name of the observer (the filters of an object's state)."""
     association: str = "probabilistic"
-    """How echoes are assigned to objects: `nearest` (at most one echo each, the largest sum of scores) or
-    `probabilistic` (all possible echoes, weighted)."""
+    """How echoes are assigned: `nearest` (one each, largest sum of scores) or `probabilistic` (all possible ones,
+    weighted)."""
     motion: MotionSettings = MotionSettings()
     echo: EchoSettings = EchoSettings()
     life: LifeSettings = LifeSettings()
@@ -191,7 +189,7 @@ class TrackerSettings(Settings, frozen=True):
     clearance: ClearanceSettings = ClearanceSettings()
     map: MapSettings = MapSettings()
     resume_within_s: Annotated[NonNegativeSeconds, slider(0.0, 60.0, step=1.0, unit="s")] = 10.0
-    """A tracker that was killed continues with its objects if it runs again within this time, s; 0: never."""
+    """A restarted tracker continues with its objects within this time; 0: never."""
 
     def __post_init__(self) -> None:
         for key, name, known in (

@@ -34,7 +34,7 @@ def test_the_shipped_configurations_are_usual(file: Path) -> None:
         (
             "tracker.bottom", "clearance_m = 500",
             "tracker.bottom.clearance_m = 500 is unusual, 0.1 to 10 m is usual: "
-            "An object that rises higher above the bottom is an obstacle, m",
+            "An object that rises higher above the bottom is an obstacle",
         ),
         (
             "pipeline", "smallest_object_m = 50",
@@ -42,7 +42,7 @@ def test_the_shipped_configurations_are_usual(file: Path) -> None:
         ),
         (
             "sonar", "latency_ms = 40000",
-            "sonar.latency_ms = 40000 is unusual, -50 to 1000 ms is usual: Time from the arrival of the last echo",
+            "sonar.latency_ms = 40000 is unusual, -50 to 1000 ms is usual: From the last echo's arrival",
         ),
         (
             "tracker.planner", "lead_times_s = [5, 5000]",
@@ -52,7 +52,7 @@ def test_the_shipped_configurations_are_usual(file: Path) -> None:
         ("nav.sigma", "attitude_rad = 1.5", "nav.sigma.attitude_rad = 1.5 is unusual, 0.0001 to 0.2 rad is usual"),
         (
             "[pipeline.stage]", 'use = "equalize.mean_range"\nwindow = 5000',
-            "pipeline.stage[0].window = 5000 is unusual, 10 to 400 samples is usual: Length of the surroundings",
+            "pipeline.stage[0].window = 5000 is unusual, 10 to 400 samples is usual: Surroundings, range samples",
         ),
     ],
 )  # fmt: skip

@@ -31,7 +31,7 @@ class MountingSettings(Settings, frozen=True):
     """Position and orientation of the sonar head on the vehicle (docs/hardware/mounting.md)."""
 
     position_m: Lever = (0.0, 0.0, 0.0)
-    """Position of the head: forward, starboard and down of the body's origin, m."""
+    """Forward, starboard and down of the body's origin."""
     roll_deg: HalfTurn = 0.0
     """Positive: starboard side down; 180: mounted upside down."""
     pitch_deg: QuarterTurn = 0.0

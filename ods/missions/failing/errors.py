@@ -24,7 +24,7 @@ class ErrorSettings(Settings, frozen=True):
     mounting: MountingSettings | None = None
     """Where the sonar's head really is; none: as `sonar.mounting` of `onboard` says."""
     drift_m_s: tuple[Drift, Drift] = (0.0, 0.0)
-    """The INS's place drifts away from the true one: north, east, m/s."""
+    """The INS's place drifts away from the true one: north, east."""
     yaw_drift_deg_s: Drift = 0.0
     """Its heading drifts, degrees a second."""
     fault: tuple[FaultSettings, ...] = ()

@@ -13,10 +13,9 @@ class RangeImageSettings(Settings, frozen=True):
     least_pixels: Annotated[PositiveInt, slider(1, 50)] = 6
     """Least number of pixels of an object; fewer are noise."""
     noise_m: Annotated[NonNegative, slider(0.0, 1.0, step=0.01, unit="m")] = 0.1
-    """Neighbouring pixels belong to one object when their ranges differ by no more than this, m, and what a surface 10
-    degrees off the line of sight makes of their angle."""
+    """Neighbouring pixels are one object if their ranges differ by no more, beside what a surface 10 degrees off the
+    line of sight explains."""
     largest_m: Annotated[float, msgspec.Meta(ge=0.1, le=100.0), slider(0.2, 10.0, step=0.1, unit="m")] = 1.0
-    """Largest radius of a circle, m: what is larger, as a wall or a hull, is cut into pieces in cells fixed in the
-    world, so that they stay where they are as the vehicle moves along."""
+    """Largest radius of a circle: larger objects, as a wall, are cut into pieces in cells fixed in the world."""
     bottom_m: Annotated[NonNegative, slider(0.0, 3.0, step=0.05, unit="m")] = 0.3
-    """Height over an even bottom below which points do not count as an object, m; 0: no bottom is sought."""
+    """Points lower over an even bottom are no object; 0: no bottom is sought."""

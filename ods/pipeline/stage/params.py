@@ -25,13 +25,12 @@ class MeanRangeParams(Settings, frozen=True):
     """equalize.mean_range: bring the mean at each range to 1."""
 
     window: Annotated[PositiveInt, slider(10, 400, step=2, unit="samples")] = 160
-    """Length of the surroundings, range samples. A structure across the fan longer than half of it is levelled."""
+    """Surroundings, range samples; structures longer than half of it are levelled."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.25
-    """Highest level of a range, in multiples of its surroundings' level, that is levelled in full."""
+    """A range's level up to this multiple of its surroundings' is levelled in full."""
     side_lobe_db: Annotated[Positive, slider(10.0, 60.0, step=1.0, unit="dB")] = 30.0
-    """The level of a range is at least this far below its strongest sample, dB, which suppresses the side lobes of a
-    strong echo in other beams. As that sample is a crest of the speckle, use 5 dB more than the side-lobe suppression
-    of the beams."""
+    """The level of a range is at least this far below its strongest sample, which suppresses side lobes in other beams:
+    use 5 dB more than the beams' side-lobe suppression."""
 
 
 class MedianRangeParams(Settings, frozen=True):
@@ -40,7 +39,7 @@ class MedianRangeParams(Settings, frozen=True):
     window: Annotated[PositiveInt, slider(10, 400, step=2, unit="samples")] = 160
     """Length of the surroundings, range samples."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.25
-    """Highest level of a range, in multiples of its surroundings' level, that is levelled in full."""
+    """A range's level up to this multiple of its surroundings' is levelled in full."""
 
 
 class LocalParams(Settings, frozen=True):
@@ -49,9 +48,9 @@ class LocalParams(Settings, frozen=True):
     beam_blocks: Annotated[PositiveInt, slider(1, 32)] = 8
     """Number of blocks that the beams are divided into."""
     range_blocks: Annotated[PositiveInt, slider(1, 64)] = 16
-    """Number of blocks that the range is divided into; a structure longer than two of them is levelled."""
+    """Number of blocks of range; structures longer than two are levelled."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.2
-    """Factor up to which a block's level may differ from its surroundings' and is levelled in full."""
+    """A block's level within this factor of its surroundings' is levelled in full."""
 
 
 class BoxParams(Settings, frozen=True):
@@ -69,14 +68,14 @@ class FirParams(Settings, frozen=True):
     taps: Annotated[OddInt, slider(1, 61, unit="samples")] = 9
     """Range samples."""
     cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.01, 0.5, step=0.01)] = 0.1
-    """-6 dB point, as a fraction of the Nyquist frequency (half the sampling rate in range)."""
+    """-6 dB point, as a fraction of the Nyquist frequency."""
     object_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.05, unit="m")] = 0.0
-    """Minimum object size, m: where above 0 it decides taps (twice the size) and cutoff (wavelength twice the size)."""
+    """Minimum object size: above 0 it decides taps and cutoff."""
     beams: Annotated[OddInt, slider(1, 15, unit="beams")] = 1
     """Taps across the beams; 1: along the range only."""
     round_beams: Annotated[float, msgspec.Meta(ge=0.0, le=3.0), slider(0.0, 3.0, step=0.05, unit="beams")] = 0.0
-    """With beams = 1: smooth across the beams over the same distance, at half range, as along them, but with at most
-    this standard deviation, beams. No effect on widely spaced beams; smooths the speckle of fine ones."""
+    """With beams = 1: smooth across finely spaced beams as far as along them, at half range, with at most this standard
+    deviation."""
     beam_cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.05, 0.95, step=0.05)] = 0.4
     """-6 dB point across the beams, as a fraction of half a cycle a beam."""
 
@@ -119,7 +118,7 @@ class MinObjectParams(Settings, frozen=True):
     """filter.min_object: suppress structures smaller than an object, by grey opening."""
 
     size_m: Annotated[float, msgspec.Meta(gt=0.0, le=50.0), slider(0.05, 10.0, log=True, unit="m")] = 0.5
-    """Smallest object that is kept, in range and across, m."""
+    """Smallest object that is kept, in range and across."""
 
 
 class BeamGainParams(Settings, frozen=True):
@@ -135,7 +134,7 @@ class PingIirParams(Settings, frozen=True):
     weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0), slider(0.02, 1.0, step=0.02)] = 0.4
     """Weight of the newest ping."""
     longest_gap_s: Annotated[Positive, slider(0.2, 20.0, log=True, unit="s")] = 2.0
-    """After a longer pause earlier pings are discarded, s."""
+    """After a longer pause earlier pings are discarded."""
 
 
 class PingMedianParams(Settings, frozen=True):
@@ -144,7 +143,7 @@ class PingMedianParams(Settings, frozen=True):
     pings: Literal[3, 5, 7] = 3
     """Pings, the newest one included."""
     longest_gap_s: Annotated[Positive, slider(0.2, 20.0, log=True, unit="s")] = 2.0
-    """After a longer pause earlier pings are discarded, s."""
+    """After a longer pause earlier pings are discarded."""
 
 
 class BackgroundParams(Settings, frozen=True):
@@ -153,16 +152,16 @@ class BackgroundParams(Settings, frozen=True):
     weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0), slider(0.002, 1.0, log=True)] = 0.02
     """Weight of the newest ping in the mean."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 5.0, step=0.1)] = 1.5
-    """Factor up to which a cell's mean may differ from that of its range and is levelled in full."""
+    """A cell's mean within this factor of its range's is levelled in full."""
     longest_gap_s: Annotated[Positive, slider(0.5, 60.0, log=True, unit="s")] = 10.0
-    """After a longer pause earlier pings are discarded, s."""
+    """After a longer pause earlier pings are discarded."""
 
 
 class GroupParams(Settings, frozen=True):
     """How cells are connected to regions, and which regions count."""
 
     connectivity: Literal[4, 8] = 8
-    """8: cells that touch at a corner are connected; 4: they must share a side."""
+    """8: cells at a corner are connected; 4: only at a side."""
     min_cells: Annotated[PositiveInt, slider(1, 60, unit="cells")] = 4
     """Regions of fewer cells (beams x range samples) are dropped."""
     max_cells: Annotated[NonNegativeInt, slider(0, 20_000, step=10, log=True, unit="cells")] = 0
@@ -172,11 +171,11 @@ class GroupParams(Settings, frozen=True):
     max_extent_m: Annotated[NonNegative, slider(0.0, 50.0, step=0.5, unit="m")] = 0.0
     """Regions larger than this, in range or across, m, are dropped; 0: no limit."""
     strongest: Annotated[Fraction, slider(0.01, 1.0, step=0.01)] = 1.0
-    """A region must contain one of this share of the ping's recorded samples, the strongest ones, as equalization
-    raises nearly silent parts, where noise is no echo. 1: off."""
+    """A region must contain one of this share of the ping's samples, the strongest: equalization raises silent parts.
+    1: off."""
     border: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 4.0, step=0.05)] = 1.0
-    """Factor on the height over the background that an echo within 2 beams or 4 range samples of the image's border
-    must reach: filters mirror the image there, which doubles the power of its noise. 1: off."""
+    """Factor on the threshold within 2 beams or 4 range samples of the image's border, where filters double the noise.
+    1: off."""
     split_db: Annotated[NonNegative, slider(0.0, 12.0, step=0.25, unit="dB")] = 0.0
     """A region is split where a valley this deep below its crest, dB, divides it; 0: never."""
 
@@ -185,27 +184,23 @@ class TwoLevelParams(GroupParams, frozen=True):
     """detect.two_level: the high level decides that an object exists, the low level how far it extends."""
 
     levels: Literal["noise", "background", "absolute", "false_alarm"] = "noise"
-    """noise: levels are background + value * noise; background: levels are value * background; both are measured on
-    each image: the background is its median, the noise the distance from there to its 84 % quantile. absolute: levels
-    of the filtered image. false_alarm: the high level follows from `rate`, the low one as with noise."""
+    """noise: levels are background + value * noise (the image's median, and the distance to its 84 % quantile);
+    background: value * background; absolute: levels of the filtered image; false_alarm: the high level follows from
+    `rate`, the low one as with noise."""
     high: Annotated[Positive, slider(2.0, 20.0, step=0.1)] = 6.0
-    """A region must contain a cell above this level. With the default one in fifty images of 120,000 cells of filtered
-    speckle has such a cell."""
+    """A region must contain a cell above this level. By default one in fifty images of filtered speckle has one."""
     low: Annotated[Positive, slider(0.5, 10.0, step=0.1)] = 2.5
     """Connected cells above this level belong to the region."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
-    """False-alarm rate for levels = "false_alarm": wanted share of the cells without echoes above the high level."""
+    """For levels = "false_alarm": share of the cells without echoes above the high level."""
     follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.6
-    """With levels = "noise": share of the threshold rise, in dB, that is applied where the crests of the background are
-    higher than those of speckle, as over a rough sea-bed. 1: false echoes are as rare there as in speckle; 0: one pair
-    of levels for the whole image."""
+    """With levels = "noise": share of the threshold rise over a rough sea-bed, in dB, that is applied. 1: false echoes
+    are as rare there as in speckle; 0: one level for the whole image."""
     faint: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.3
-    """The same for weak detections, which only the tracker uses: it has many pings to distinguish objects from a rough
-    sea-bed. With `follow` or more there are none."""
+    """The same for weak detections, which only the tracker uses. With `follow` or more there are none."""
     fronts: bool = True
-    """Over a rough sea-bed a network judges the leading edge of each echo, and weak detections are all echoes that
-    reach the levels of speckle and may have an object's leading edge, whatever `faint` is. For sonars with beams 0.67
-    to 2 degrees wide."""
+    """Over a rough sea-bed a network judges leading edges: weak detections are then all echoes above the levels of
+    speckle that may be an object's. For beams 0.67 to 2 degrees wide."""
 
     def __post_init__(self) -> None:
         if self.low > self.high:
@@ -220,7 +215,7 @@ class OneLevelParams(GroupParams, frozen=True):
     level: Annotated[Positive, slider(1.0, 20.0, step=0.1)] = 5.0
     """Cells above this level are echoes."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
-    """False-alarm rate for levels = "false_alarm": wanted share of the cells without echoes above the level."""
+    """For levels = "false_alarm": share of the cells without echoes above the level."""
     follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.6
     """As in detect.two_level."""
 
@@ -229,18 +224,17 @@ class CfarParams(GroupParams, frozen=True):
     """detect.cfar: cells above the level of their own surroundings in range (H. Rohling, IEEE Trans. AES 19, 1983)."""
 
     method: Literal["ca", "goca", "soca", "os"] = "ca"
-    """Level of the surroundings: mean of both sides, the greater or the smaller side's mean, or an order statistic."""
+    """Level of the surroundings: mean, the greater or the smaller side's mean, or an order statistic."""
     guard: Annotated[PositiveInt, slider(1, 120, unit="samples")] = 24
-    """Range samples on each side of a cell that are ignored, as the object itself may fill them."""
+    """Range samples on each side of a cell that are ignored."""
     train: Annotated[PositiveInt, slider(1, 200, unit="samples")] = 48
     """Range samples beyond these, on each side, that are the surroundings."""
     rank: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.05, 0.95, step=0.05)] = 0.75
     """os: quantile of the surroundings that is used."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
-    """False-alarm rate: wanted share of the cells without echoes above the high level. The level is measured on each
-    image, not derived from an assumed distribution of speckle."""
+    """False-alarm rate: share of the cells without echoes above the high level, measured on each image."""
     low: Annotated[Positive, slider(0.5, 10.0, step=0.1)] = 2.5
-    """Cells above this multiple of the noise, in the image divided by the surroundings, belong to an echo."""
+    """Cells above this multiple of the noise belong to an echo."""
 
 
 BUILT_IN: Mapping[str, type[Settings]] = {

@@ -15,28 +15,28 @@ class Tvg(Settings, frozen=True, kw_only=True):
     """What the water takes, and the time-varying gain that should give it back."""
 
     spreading_db: NonNegative = 40.0
-    """What the water takes by spreading: dB a decade of range, there and back."""
+    """Spreading loss, dB a decade of range, there and back."""
     absorption_db_per_m: NonNegative = 0.12
-    """What the water takes by absorption, one way, dB/m (0.12: sea water, 455 kHz)."""
+    """Absorption, one way (0.12: sea water, 455 kHz)."""
     set_spreading_db: NonNegative | None = None
-    """What the sonar is set to, dB a decade; none: as the water takes."""
+    """Spreading loss that the sonar compensates; left out: all."""
     set_absorption_db_per_m: NonNegative | None = None
-    """What the sonar is set to, dB/m; none: as the water takes."""
+    """Absorption that the sonar compensates; left out: all."""
     noise_range_m: NonNegative = 0.0
-    """Range at which the noise has `noise_counts`, as the gain lifts it; 0: the same at all ranges."""
+    """Range at which the gain lifts the noise to `noise_counts`; 0: all."""
 
 
 class Belt(Settings, frozen=True, kw_only=True):
     """A belt of ranges where the gain is wrong."""
 
     from_m: NonNegative
-    """Near edge, m."""
+    """Near edge."""
     to_m: Positive
-    """Far edge, m."""
+    """Far edge."""
     gain_db: float
     """Below 0: a dark belt."""
     edge_m: NonNegative = 1.0
-    """Width of the slope at both edges, m."""
+    """Width of the slope at both edges."""
 
     def __post_init__(self) -> None:
         if self.to_m <= self.from_m:
@@ -49,7 +49,7 @@ class _Arc(Settings, frozen=True, kw_only=True):
     range_m: Positive | None = None
     """Middle of the arc; none: anywhere, drawn again for each ping."""
     width_m: Positive = 0.5
-    """Extent in range, m."""
+    """Extent in range."""
     chance: Fraction = 1.0
     """Share of the pings that have it."""
     pings: list[NonNegativeInt] = msgspec.field(default_factory=list)
@@ -80,17 +80,17 @@ class Interference(Settings, frozen=True, kw_only=True):
     period_s: NonNegative = 0.0
     """From pulse to pulse; 0: it sounds without end."""
     pulse_s: Positive = 0.0005
-    """Length of its pulse, s."""
+    """Length of its pulse."""
     start_s: float = 0.0
-    """Scene time of one of its pulses' arrivals, s."""
+    """Scene time of one of its pulses' arrivals."""
     from_s: NonNegative = 0.0
     """Scene time from which on it sounds, s,"""
     to_s: Positive = FOREVER_S
-    """and until which, s."""
+    """and until which."""
 
 
 class LoudSpell(Settings, frozen=True, kw_only=True):
-    """Noise beside the receiver's own in some beams for a time; with a level beyond full scale, saturated beams."""
+    """More noise in some beams for a time; beyond full scale, saturated beams."""
 
     level_counts: Positive
     """Root mean square amplitude."""
@@ -101,14 +101,14 @@ class LoudSpell(Settings, frozen=True, kw_only=True):
     from_s: NonNegative = 0.0
     """Scene time from which on it is received, s,"""
     to_s: Positive = FOREVER_S
-    """and until which, s."""
+    """and until which."""
 
 
 class SecondWay(Settings, frozen=True, kw_only=True):
     """A longer way, over the surface say, by which each echo arrives a second time."""
 
     longer_m: Positive
-    """What it adds to the slant range, m."""
+    """What it adds to the slant range."""
     gain_db: Annotated[float, msgspec.Meta(le=0.0)]
     """Level beside that of the direct way."""
 
@@ -119,20 +119,20 @@ class ImageLevels(Settings, frozen=True, kw_only=True):
     gain: Positive = 20000.0
     """Counts of amplitude for 1 m2 of fully reflecting, fully lit area in one sample."""
     noise_counts: NonNegative = 30.0
-    """Root mean square amplitude of the receiver's noise, counts; fresh in each ping."""
+    """Root mean square amplitude of the receiver's noise."""
     looks: Annotated[float, msgspec.Meta(ge=0.5, le=1000.0)] = 1.0
     """Looks of the speckle: intensity is Gamma distributed with this shape."""
     texture: Annotated[float, msgspec.Meta(ge=0.1, le=1000.0)] | None = None
-    """Shape of a Gamma distributed texture beneath the speckle: intensity is K distributed, the more spiky the smaller
-    it is, wherever samples are; none: no texture."""
+    """Shape of a Gamma distributed texture beneath the speckle (K distribution): the smaller, the more spiky; left out:
+    none."""
     speckle: bool = True
     """False: the mean image, neither speckle nor noise drawn."""
     range_correlation: Correlation = 0.0
-    """Correlation of the speckle's amplitude from one range sample to the next; 0: a pulse shorter than a sample."""
+    """Correlation of the speckle's amplitude from one range sample to the next."""
     beam_correlation: Correlation | None = None
     """The same from beam to beam; none: what the overlap of the sonar's beams makes it."""
     coherence_s: NonNegative = 0.0
-    """Time after which speckle is new without any motion; 0: it stays for ever."""
+    """Time after which speckle is new; 0: never."""
     max_error: Annotated[float, msgspec.Meta(gt=0.0, le=0.5)] = 0.03
     """Relative error that the mean image may have."""
     tvg: Tvg = Tvg()
@@ -142,7 +142,7 @@ class ImageLevels(Settings, frozen=True, kw_only=True):
     beam_gain_db: list[float] = msgspec.field(default_factory=list)
     """Error of each beam's gain, one value a beam; empty: none, or random ones."""
     beam_gain_rms_db: NonNegative = 0.0
-    """Standard deviation of random errors of the beams' gains, the same in all pings."""
+    """Standard deviation of random errors of the beams' gains."""
     dropouts: list[Dropout] = msgspec.field(default_factory=list)
     """Dark arcs."""
     drop_ins: list[DropIn] = msgspec.field(default_factory=list)

@@ -19,7 +19,7 @@ class Waypoint(Settings, frozen=True, kw_only=True):
     """A place and the time to be there."""
 
     t_s: float
-    """Scene time, s."""
+    """Scene time."""
     position_ned: Triple
     """North, east, down, m."""
 
@@ -70,8 +70,8 @@ class VehiclePath(Path, frozen=True, kw_only=True):
     yaw: Oscillation = Oscillation()
     """Yaw about the heading."""
     mounting: MountingSettings | None = None
-    """Where the sonar's head really is; none: on the bench as `[sonar.mounting]` says, else at the vehicle's origin,
-    and it looks along its bow."""
+    """Where the head really is; left out: as `[sonar.mounting]` on the bench, else at the vehicle's origin, looking
+    ahead."""
 
 
 class _Object(Path, frozen=True, kw_only=True, tag_field="shape"):
@@ -96,7 +96,7 @@ class Cylinder(_Object, frozen=True, kw_only=True, tag="cylinder"):
     radius_m: Positive
     """m."""
     length_m: Positive
-    """Along the axis, m."""
+    """Along the axis."""
     axis_ned: Triple = (0.0, 0.0, 1.0)
     """Direction of the axis, any length but zero."""
 
@@ -111,9 +111,9 @@ class Plane(_Object, frozen=True, kw_only=True, tag="plane"):
     normal_ned: Triple
     """Direction of the normal, any length but zero."""
     width_m: Positive | None = None
-    """Horizontal side (the northern one where the normal is vertical), m."""
+    """Horizontal side (the northern one where the normal is vertical)."""
     height_m: Positive | None = None
-    """The other side, m."""
+    """The other side."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -133,9 +133,9 @@ class SceneFile(Settings, frozen=True, kw_only=True):
     seed: NonNegativeInt
     """Seed of everything random; the same seed gives the same bytes."""
     duration_s: Positive = 60.0
-    """Length of the mission, s; the scene is checked over it."""
+    """Length of the mission; the scene is checked over it."""
     shadows: bool = True
-    """Nearer objects hide what lies behind them; false: everything is seen, as if transparent."""
+    """Nearer objects hide what lies behind them."""
     vehicle: VehiclePath
     """The vehicle."""
     objects: list[Sphere | Cylinder | Plane] = msgspec.field(default_factory=list)

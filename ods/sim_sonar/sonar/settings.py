@@ -41,37 +41,37 @@ class SonarFile(Settings, frozen=True, kw_only=True):
     name: str
     """Maker and model."""
     frequency_hz: Positive
-    """Carrier frequency, Hz."""
+    """Carrier frequency."""
     sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0), unit("m/s")] = 1500.0
     """m/s."""
     beams_per_plane: Annotated[int, msgspec.Meta(ge=1, le=4096)] = 1
-    """Beams of one plane, evenly spaced about straight ahead; not read when bearing_deg is given."""
+    """Evenly spaced about straight ahead; not read with bearing_deg."""
     beam_spacing_deg: Positive = 1.0
-    """Between neighbouring beams, degrees; not read when bearing_deg is given."""
+    """Not read with bearing_deg."""
     bearing_deg: list[Annotated[float, msgspec.Meta(gt=-180.0, lt=180.0)]] = msgspec.field(default_factory=list)
-    """Bearings of one plane's beams, strictly increasing, for sonars whose beams are not evenly spaced."""
+    """Bearings of one plane's beams, strictly increasing."""
     plane_elevation_deg: Annotated[list[Degrees90], msgspec.Meta(min_length=1, max_length=64)] = msgspec.field(
         default_factory=lambda: [0.0]
     )
     """Elevation of each plane's axis, degrees, up positive."""
     beam_width_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0)]
-    """Horizontal -3 dB width of a beam, degrees."""
+    """Horizontal -3 dB width of a beam."""
     side_lobe_db: Annotated[float, msgspec.Meta(ge=-60.0, le=-13.3)] = -25.0
     """Highest horizontal side lobe, dB below the main lobe."""
     half_vertical_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0)] = 10.0
-    """Half the vertical opening of one plane's main lobe, degrees."""
+    """Half the vertical opening of one plane's main lobe."""
     vertical: VerticalPattern = VerticalPattern()
     """Two-way vertical pattern."""
     range0_m: Positive
-    """Slant range of the first sample's centre, m."""
+    """Slant range of the first sample's centre."""
     dr_m: Positive
-    """Sample spacing in slant range, m."""
+    """Sample spacing in slant range."""
     samples: Annotated[int, msgspec.Meta(ge=1, le=65536)]
     """Range samples of each beam."""
     pixels: tuple[Pixels, Pixels] | None = None
-    """Bearings and elevations of a 3-D sonar's range images; none: it sends levels by bearing and range."""
+    """Bearings and elevations of a 3-D sonar."""
     overhead_s: NonNegative = 0.0
-    """Time between the last sample of a ping and the next transmission, s."""
+    """From the last sample to the next transmission."""
 
     def __post_init__(self) -> None:
         if any(b <= a for a, b in pairwise(self.bearing_deg)):

@@ -29,9 +29,9 @@ class FanGeometry(Settings, frozen=True):
     bearing_max_deg: Annotated[float, msgspec.Meta(gt=-180.0, lt=180.0)]
     """Starboard border."""
     range_min_m: NonNegative
-    """Nearest range that the fan shows, m."""
+    """Nearest range that the fan shows."""
     range_max_m: Positive
-    """Farthest range, m."""
+    """Farthest range."""
     beams: Annotated[int, msgspec.Meta(ge=2, le=1024)] = 96
     """Beams to read the fan as."""
     samples: Annotated[int, msgspec.Meta(ge=2, le=16384)] = 512

@@ -11,37 +11,37 @@ MODES = {"low": 1, "high": 2}
 
 
 class OculusSettings(Settings, frozen=True):
-    """The fire message, and the port of the status. Nothing else changes the sonar's settings."""
+    """The fire message, and the port of the status."""
 
     mode: Literal["low", "high"] = "low"
-    """Low frequency, wide and far; or high frequency, narrow and fine."""
+    """Low frequency: wide and far."""
     range_m: Annotated[float, msgspec.Meta(ge=0.1, le=500.0)] = 40.0
-    """Range, m; a model limits it to what it can do, which the health report states."""
+    """Range; a model may limit it."""
     gain_percent: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 50.0
-    """Receiver gain, percent."""
+    """Receiver gain."""
     gain_assist: bool = False
-    """Let the sonar adapt its gain to the echoes. Levels then change from ping to ping."""
+    """The sonar adapts its gain; levels then change from ping to ping."""
     gamma: Annotated[int, msgspec.Meta(ge=1, le=255)] = 127
-    """Samples are sent as amplitudes to the power gamma / 255, and made linear on reception: 127 gives weak echoes
-    finer steps, 255 sends linear samples."""
+    """Samples are sent as amplitudes to the power gamma / 255: 127 gives weak echoes finer steps, 255 linear
+    samples."""
     sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0), unit("m/s")] | None = None
-    """Sound speed, m/s; left out: the sonar computes it from its temperature and `salinity_ppt`."""
+    """m/s; left out: computed by the sonar from temperature and `salinity_ppt`."""
     salinity_ppt: Annotated[float, msgspec.Meta(ge=0.0, le=50.0)] = 35.0
-    """Salinity, parts per thousand: 35 in the open sea, 0 in fresh water."""
+    """Salinity: 35 in the open sea, 0 in fresh water."""
     ping_rate_hz: Literal[2, 5, 10, 15, 40] = 10
-    """Highest ping rate, 1/s; a long range reduces it."""
+    """Highest ping rate; a long range reduces it."""
     beams: Literal[256, 512] = 512
     """Number of beams in an image."""
     sample_bits: Literal[8, 16, 32] = 8
     """Number of bits in a sample."""
     network_mbps: Annotated[int, msgspec.Meta(ge=1, le=255)] = 255
-    """Highest rate on the network, Mbit/s; 255: that of the link."""
+    """Highest network rate; 255: the link's."""
     message_version: Literal[1, 2] = 2
-    """Version of the fire message; 32-bit samples need 2, old firmware may support 1 only."""
+    """Version of the fire message; 32 bits need 2, old firmware may know 1 only."""
     status_port: Annotated[int, msgspec.Meta(ge=0, le=65535)] = STATUS_PORT
-    """UDP port at which the sonar's status is received; 0: it is not."""
+    """UDP port of the sonar's status; 0: not received."""
     settle_s: Seconds = 10.0
-    """Time for settings to appear in the pings before a difference is reported as a problem, s."""
+    """Time for settings to appear in the pings."""
 
     def __post_init__(self) -> None:
         if self.sample_bits == 32 and self.message_version != SECOND_VERSION:

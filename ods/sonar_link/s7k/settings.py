@@ -9,5 +9,4 @@ class S7kSettings(Settings, frozen=True):
     """Settings of sonars with the RESON 7k Data Format only."""
 
     samples_record: Literal[7042, 7018] = 7042
-    """Record of the samples that is subscribed to over tcp://, beside 7000 and 7004. A serial line sends what the sonar
-    is set to, and both are read."""
+    """Record of the samples subscribed to over tcp://; on a serial line both are read."""

@@ -6,13 +6,13 @@ from ods.base.settings import Settings
 
 
 class Sonar3d15Settings(Settings, frozen=True):
-    """Nothing is sent to the sonar: range, sound speed and mode are set at its own web page."""
+    """Nothing is sent to the sonar."""
 
     interface: str = ""
-    """IPv4 address of the interface of this computer that leads to the sonar, for its multicast group; "": as the
-    computer's routing table, which with several interfaces is often another one."""
+    """IPv4 address of this computer's interface to the sonar, for multicast; "": by the routing table, with several
+    interfaces often another one."""
     sender: str = ""
-    """IP address of the sonar; what others send is left out. "": anybody's is taken: there must be one sonar only."""
+    """IP address of the sonar; "": any, if there is only one."""
 
     def __post_init__(self) -> None:
         for name in ("interface", "sender"):
