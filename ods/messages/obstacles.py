@@ -56,10 +56,16 @@ class Obstacle(msgspec.Struct, frozen=True):
     """One tracked object [SSIE figure 5]."""
 
     id: ObjectId
+    """The same while the tracker follows the object."""
     state: TrackState
+    """active: observed; stand_by: not for some seconds, or less certain; hibernated: static, out of view, in the map.
+    Keep clear of all three. terminated: ended; ignore it."""
     position_ned: Vector3
+    """Of its middle, m."""
     velocity_ned: Vector3
+    """Over ground, m/s; zero for a static object."""
     radius_m: float
+    """Of its circle."""
     sigma_position: Vector3
     """Standard deviations, m, north east down."""
     sigma_velocity: Vector3
@@ -69,6 +75,7 @@ class Obstacle(msgspec.Struct, frozen=True):
     first_seen_utc_ns: int
     last_seen_utc_ns: int
     times_seen: Count
+    """Pings."""
     existence: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
     """Probability that the object exists."""
     covariance_ne: float = 0.0
