@@ -75,7 +75,7 @@ class Obstacle(msgspec.Struct, frozen=True):
     first_seen_utc_ns: int
     last_seen_utc_ns: int
     times_seen: Count
-    """Pings."""
+    """Pings with its echo."""
     existence: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
     """Probability that the object exists."""
     covariance_ne: float = 0.0
