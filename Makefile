@@ -158,7 +158,7 @@ wheel: $(VENV)/.ready
 	rm -rf build
 
 # dist/ods_client-*.whl, for a planner's computer: of a copy, as setuptools leaves files beside what it builds
-client: $(VENV)/.ready
+client: $(VENV)/.bench
 	rm -rf out/client && mkdir -p out/client
 	git ls-files -z ods client | xargs -0 cp --parents --no-dereference --target-directory=out/client
 	$(BIN)/pip wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps --wheel-dir dist out/client/client

@@ -11,9 +11,17 @@ from ods.commands.watched.received import Received, listen, one_look
 from ods.config import OnboardConfig
 from ods.runtime import bus
 
+COLUMNS = (
+    "north, east, down: of [site], with one standard deviation; state: active (observed), stand_by (not lately), "
+    "hibernated (out of view, kept in the map); nearest m, in s: least distance to the edge, below 0 inside, "
+    "and when, if both keep their velocity; exists: probability; seen: times detected."
+)
+"""Meaning of the table's columns."""
+
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Live or once, for people or for programs."""
+    parser.epilog = COLUMNS
     parser.add_argument("--once", action="store_true", help="look once; exit code 0: the list is valid, 1: it is not")
     parser.add_argument("--json", action="store_true", help="with --once: one JSON object instead of the table")
 

@@ -53,10 +53,16 @@ class Obstacle(msgspec.Struct, frozen=True):
     """One tracked object [SSIE figure 5]."""
 
     id: ObjectId
+    """The same while the tracker follows the object."""
     state: TrackState
+    """active: observed; stand_by: not for some seconds, or less certain; hibernated: static, out of view, in the map.
+    Keep clear of all three. terminated: ended; ignore it."""
     position_ned: Vector3
+    """Of its middle, m."""
     velocity_ned: Vector3
+    """Over ground, m/s; zero for a static object."""
     radius_m: float
+    """Of its circle."""
     sigma_position: Vector3
     sigma_velocity: Vector3
     """For a static object: the largest velocity that its echoes do not exclude yet."""
@@ -64,6 +70,7 @@ class Obstacle(msgspec.Struct, frozen=True):
     first_seen_utc_ns: int
     last_seen_utc_ns: int
     times_seen: Count
+    """Pings with its echo."""
     existence: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
     """Probability."""
     covariance_ne: float = 0.0

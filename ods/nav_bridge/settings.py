@@ -268,7 +268,8 @@ NMEA_CHOICES: dict[str, tuple[str, ...]] = {
     "altitude": ("DPT", "DBT", "BD"),
 }
 """Sentences that may carry each part of a pose: NMEA 0183, PASHR, PSXN, and PD6's two letters."""
-TALKER = re.compile(r"(?!PASHR$)[A-Z]{2}(?=[A-Z]{3}$)")
+TALKER = re.compile(r"^(?!P)[A-Z]{2}(?=[A-Z]{3}$)")
+"""Before a sentence's name; no talker begins with P, as makers' sentences do."""
 
 
 class NmeaSettings(Settings, frozen=True):

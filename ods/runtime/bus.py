@@ -10,6 +10,7 @@ import contextlib
 import logging
 import math
 import os
+import socket
 import time
 from collections import Counter, deque
 from collections.abc import Iterable
@@ -162,7 +163,22 @@ def hindrance(run_dir: Path, process: str) -> str:
         usable, asked = False, run_dir
     except OSError:
         return f": {run_dir} has no socket of the {process}: does it run, and with this run_dir?"
-    return "" if usable else f": no right to open {file}: {_who_may(asked)}"
+    if not usable:
+        return f": no right to open {file}: {_who_may(asked)}"
+    return "" if _has_listener(file) else f": no {process} runs with run_dir {run_dir}: it has ended, or was killed"
+
+
+def _has_listener(file: Path) -> bool:
+    """Return whether a process holds a socket, which outlives it; it is not disturbed."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        probe.setblocking(False)  # the queue of one that hangs may be full
+        try:
+            probe.connect(str(file))
+        except ConnectionRefusedError:
+            return False
+        except OSError:
+            return True
+    return True
 
 
 def _who_may(place: Path) -> str:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ods.base.choices import none_of
 from ods.base.plugins import PluginError, PluginGroup, add
-from ods.runtime.port.address import Transport, transport_of
+from ods.runtime.port.address import PORT_FORMS, Transport, transport_of
 
 if TYPE_CHECKING:
     from ods.sonar_link.protocol import SonarProtocol
@@ -94,7 +94,8 @@ def objection(settings: "SonarSettings") -> str:
         return f"protocol: {none_of(settings.protocol, PROTOCOLS)}"
     if transport_of(settings.port) not in row.transports:
         spoken = ", ".join(sorted(row.transports))
-        return f"port: {settings.port}: {settings.protocol} is spoken over {spoken} only"
+        forms = " or ".join(PORT_FORMS[name] for name in sorted(row.transports))
+        return f"port: {settings.port}: {settings.protocol} is spoken over {spoken} only: write {forms}"
     for name in ("range_m", "power_db", "gain_db"):
         if getattr(settings, name) is not None and name not in row.knobs:
             where = f", see docs/sonars/{row.page}" if row.page else ""

@@ -96,6 +96,8 @@ class SonarWorker(Worker[SonarConfig]):
 
         Of an overloaded computer it is said first: the line's buffers run over.
         """
+        if self._link.fd is None:  # its fault says why
+            return ""
         if overload := self.service.overload():
             return f": {overload}"
         lost = LOSSES & (self._counters - self._counted_by_then).keys()

@@ -1,6 +1,7 @@
 """The planner's client over real ZeroMQ: newest list, and a word of its own when the tracker is silent."""
 
 import os
+import socket
 import time
 from io import StringIO
 from pathlib import Path
@@ -62,6 +63,15 @@ def test_a_missing_right_is_said_with_what_to_do(tmp_path: Path, monkeypatch: py
     publisher.close()
     client.close()
     context.term()
+
+
+def test_a_socket_that_a_process_left_behind_is_said(tmp_path: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as left:
+        left.bind(str(tmp_path / "tracker.sock"))
+        left.listen()
+        assert bus.hindrance(tmp_path, "tracker") == ""
+    wanted = f": no tracker runs with run_dir {tmp_path}: it has ended, or was killed"
+    assert bus.hindrance(tmp_path, "tracker") == wanted
 
 
 def test_only_the_newest_list_is_given(tmp_path: Path) -> None:

@@ -168,7 +168,7 @@ def test_a_low_limit_that_may_be_raised_is_raised() -> None:
     assert reported.stdout == "512 512\n"
 
 
-@pytest.mark.parametrize("command", ["run", "watch", "doctor", "map list"])
+@pytest.mark.parametrize("command", ["run", "watch --once", "doctor", "map list"])
 def test_a_name_beyond_the_locale_is_one_line(command: str, tmp_path: Path) -> None:
     file = tmp_path / "onboard.toml"
     text = (Path(__file__).parents[2] / "config" / "onboard-nmea.toml").read_text()

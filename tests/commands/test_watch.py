@@ -211,3 +211,8 @@ def test_one_object_needs_no_rich(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 def test_json_without_once_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["watch", "--json", "--config", configuration(tmp_path)]) == 2
     assert "--json needs --once" in capsys.readouterr().err
+
+
+def test_a_live_table_without_a_terminal_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["watch", "--config", configuration(tmp_path)]) == 2
+    assert "needs a terminal: use --once" in capsys.readouterr().err

@@ -17,9 +17,9 @@ from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
 from ods.nav_bridge.clocks.utc import Utc, WallClock
 from ods.nav_bridge.nmea.line import LONGEST, Line, LineSplitter
-from ods.nav_bridge.nmea.sentence import BadSentenceError, NotValidError, parse, read, utc_of
+from ods.nav_bridge.nmea.sentence import BadSentenceError, NotValidError, name_of, parse, read, utc_of
 from ods.nav_bridge.nmea.source import NmeaSource
-from ods.nav_bridge.settings import HeldSettings, NavSettings, NmeaSettings
+from ods.nav_bridge.settings import TALKER, HeldSettings, NavSettings, NmeaSettings
 from ods.nav_bridge.source import SourceHost
 from tests.nav_bridge.made_up_clock import utc_ahead
 
@@ -315,6 +315,15 @@ def test_an_attitude_that_a_seapath_calls_invalid_makes_no_pose_until_it_is_vali
     assert counters["nmea_not_valid"] == (not used)
     source.take(Line(summed("PSXN,20,0,0,0,0"), 0))
     assert source.take(Line(attitude, 0)) is not None
+
+
+def test_a_makers_sentence_has_a_name_up_to_the_comma_and_no_talker() -> None:
+    """The maker's three letters, and what it adds; nobody's talker begins with P."""
+    for name in ("PXYZ", "PXYZA", "PXYZATT", "PASHR"):
+        assert parse(summed(f"{name},1.0,-2.0")) == ("", name, ["1.0", "-2.0"])
+        assert name_of(summed(f"{name}")) == ("", name)
+        assert TALKER.sub("", name) == name
+    assert parse(summed("HEHDT,270.0,T"))[:2] == ("HE", "HDT")
 
 
 def test_an_age_that_a_sentence_tells_counts() -> None:

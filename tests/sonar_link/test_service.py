@@ -79,3 +79,13 @@ def test_a_sonar_that_pings_seldom_is_not_said_to_be_silent(tmp_path: Path, age_
         t_ns = newest_ns - seconds * clock.NS
         worker._publish([msgspec.structs.replace(make_ping(9 - seconds), t_ns=t_ns, t_rx_ns=t_ns)])
     assert sum("no ping for" in problem for problem in worker.problems()) == reported
+
+
+def test_a_port_that_cannot_be_opened_is_not_blamed_on_an_overloaded_computer(tmp_path: Path) -> None:
+    service = SimpleNamespace(
+        counters=Counter(), publish=lambda *_: None, answer=None, overload=lambda: "the computer is overloaded"
+    )
+    worker = SonarWorker(cast(Service, service), SonarConfig(sonar=SonarSettings(port=str(tmp_path / "seabat"))))
+    worker.tick()
+    worker._newest_ns -= 5 * clock.NS
+    assert worker.problems() == [f"{tmp_path}/seabat: no such file or directory", "no ping for 5.0 s"]

@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ods.base import clock
+from ods.base.errors import OdsError
 from ods.commands.watched.received import Received, age_s
 from ods.messages import Clearance, Health, Obstacle, ObstacleList
 from ods.runtime import bus
@@ -19,8 +20,11 @@ UNSEEN_SHOWN_S = 1.0
 
 
 def live(updates: Iterator[Received], hindered: Callable[[], str]) -> None:
-    """Show what is received, as often as there is an update; hindered: says what keeps the list away."""
-    with Live(console=Console()) as table:
+    """Show what is received, as often as there is an update; hindered: says what keeps the list away. Raises OdsError."""
+    console = Console()
+    if not console.is_terminal:  # which would stay empty until the end
+        raise OdsError("the live table needs a terminal: use --once, or --once --json")
+    with Live(console=console) as table:
         for received in updates:
             table.update(screen_of(received, hindered))
 

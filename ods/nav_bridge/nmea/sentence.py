@@ -21,8 +21,8 @@ PD6 = re.compile(r":([A-Z]{2}),([ -~]*)")
 DEGREES = re.compile(r"(\d{0,3})(\d\d)(\.\d{0,12})?")
 """Degrees with or without leading zeros, then minutes, which have two digits before the point."""
 PASHR, PSXN = "PASHR", "PSXN"
-MADE_BY = PASHR, PSXN
-"""Makers' sentences that are understood: their names have no talker."""
+PROPRIETARY = re.compile(rb"\$(P[A-Z]{3}[A-Z0-9]*)")
+"""A maker's sentence has no talker: P, three letters of the maker, and what the maker adds [NMEA 0183]."""
 SEAPATH_ATTITUDE, SEAPATH_QUALITY = "23", "20"
 """Of the kinds of PSXN, that with roll, pitch and heading, and that with their qualities;"""
 INVALID = "2"
@@ -96,8 +96,8 @@ def name_of(line: bytes) -> tuple[str, str]:
         return "", text[1:3] if text[3:4] == "," else ""
     if text[:1] != "$":
         return "", ""
-    own = text[1:].rstrip(",")
-    return ("", own) if own in MADE_BY else (text[1:3], text[3:6])
+    own = PROPRIETARY.match(line) if text[1:2] == "P" else None
+    return ("", own[1].decode()) if own else (text[1:3], text[3:6])
 
 
 def parse(line: bytes) -> Sentence:
@@ -118,7 +118,7 @@ def parse(line: bytes) -> Sentence:
         parts = pynmea2.parse(text, check=True).data
     except Exception as error:  # ValueErrors of its own, and whatever else a malformed sentence runs into
         raise BadSentenceError from error
-    return Sentence(talker, name, parts)
+    return Sentence(talker, name, parts if talker else parts[1:])  # a maker's begin with the rest of its name
 
 
 def read(sentence: Sentence) -> SentenceFields:
@@ -176,7 +176,7 @@ def _hdt(parts: Sequence[str]) -> SentenceFields:
 
 
 def _pashr(parts: Sequence[str]) -> SentenceFields:
-    _, time, heading, true, roll, pitch, _, *accuracies = parts
+    time, heading, true, roll, pitch, _, *accuracies = parts
     _expect([true], "T")
     values = {"roll": _angle(roll), "pitch": _angle(pitch)}
     if heading:
@@ -187,7 +187,7 @@ def _pashr(parts: Sequence[str]) -> SentenceFields:
 
 
 def _psxn(parts: Sequence[str]) -> SentenceFields:
-    _, kind, *angles = parts  # the first one is what follows the maker in the name: nothing
+    kind, *angles = parts
     if kind == SEAPATH_QUALITY:
         _, _, heading, roll_and_pitch = angles[:4]
         invalid = {"yaw"} if heading == INVALID else set()

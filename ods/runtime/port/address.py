@@ -8,6 +8,10 @@ Transport = Literal["serial", "tcp", "socket", "udp"]
 """serial: a device; tcp: the sonar's own network protocol; socket: a serial server, the bare bytes of a serial line;
 udp: datagrams, to this machine or to a multicast group."""
 UDP_EXAMPLE = 'such as "udp://0.0.0.0:10110"'
+PORT_FORMS: dict[Transport, str] = {
+    "serial": "/dev/DEVICE", "tcp": "tcp://HOST:PORT", "socket": "socket://HOST:PORT", "udp": "udp://ADDRESS:PORT",
+}  # fmt: skip
+"""How a `port` setting names each of them."""
 _URL_TRANSPORTS: dict[str, Transport] = {"tcp": "tcp", "socket": "socket"}
 
 
