@@ -10,9 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from ods.base.clock import NS
-from ods.tracker.common_error.causes import FAST, SLOW, Finding, explanations
+from ods.tracker.common_error.causes import DRIFT, FAST, SLOW, Finding, explanations, found_turn
 from ods.tracker.common_error.least_squares import FadingSums
 from ods.tracker.common_error.sightings import Motion, design_of, sightings_of
+from ods.tracker.common_error.turned import EchoTurn
 from ods.tracker.existence.lifecycle import ACTIVE, STAND_BY
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.output.snapshot import Snapshot
@@ -33,6 +34,7 @@ class CommonErrors:
     def begin_again(self) -> None:
         """Forget all: poses are others."""
         self._fast, self._slow = FadingSums(FAST_MEMORY_S), FadingSums(SLOW_MEMORY_S)
+        self._turn = EchoTurn()
         self._seen_s = self._fitted_s = self._found_s = -math.inf
         self._vehicle: tuple[Vehicle, Motion] | None = None
         self._before: list[Finding] = []
@@ -44,6 +46,7 @@ class CommonErrors:
         if scan.vehicle is None or t_s - self._seen_s < SEEN_EVERY_S:
             return
         self._vehicle, self._seen_s = (scan.vehicle, motion), t_s
+        self._turn.look(scan)
         seen = sightings_of(snapshot, scan, motion)
         self._fast.add(seen, t_s)
         self._slow.add(seen, t_s)
@@ -53,11 +56,22 @@ class CommonErrors:
 
     def _explain(self, t_s: float) -> None:
         """Find what is wrong; it is so when two fits in turn find it: while a drift begins, no cause fits."""
-        found = explanations(self._fast.reduced(), FAST) or explanations(self._slow.reduced(), SLOW)
+        found = self._found()
         before, self._before = self._before, found
         twice = [each for each in found if any(each.cause is other.cause for other in before)]
         if twice or t_s - self._found_s > HELD_S:
             self._findings, self._found_s = twice, t_s
+
+    def _found(self) -> list[Finding]:
+        """Return the errors that may be: what is too fast for tracks, or for the long memory, before what is slow.
+
+        But a drift may be an error of the yaw, which only the long memory can distinguish.
+        """
+        turned = self._turn.turned()
+        if turned is not None and (turn := found_turn(turned.reduced, turned.yaw_rate)):
+            return [turn]
+        fast, slow = explanations(self._fast.reduced(), FAST), explanations(self._slow.reduced(), SLOW)
+        return slow if slow and fast and fast[0].cause is DRIFT else fast or slow
 
     def problem(self) -> str:
         """Return the likely error, as text; "" if there is none."""
