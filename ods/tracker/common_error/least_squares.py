@@ -44,10 +44,10 @@ class Reduced(NamedTuple):
     def turned(self, yaw: float) -> "Reduced":
         """Return the same with the sine of an error of the yaw, about that large, rad, in the place of the angle.
 
-        It turns a place off by sin(yaw) of its distance across, and by 1 - cos(yaw) along: as ranges too long by
-        that share. So the equations are exact for a large angle, too.
+        It moves a place by sin(yaw) of its distance across, and by 1 - cos(yaw) nearer: as ranges too short by that
+        share. So the equations are exact for a large angle, too.
         """
-        information, scale = self.information.copy(), math.tan(0.5 * yaw)
+        information, scale = self.information.copy(), -math.tan(0.5 * yaw)
         information[:, YAW - OWN] += scale * information[:, SCALE - OWN]
         information[:, :, YAW - OWN] += scale * information[:, :, SCALE - OWN]
         return Reduced(information, self.freedom)
@@ -86,6 +86,15 @@ class FadingSums:
         rows = {each: row for row, each in enumerate(self._id.tolist())}
         of = np.array([rows[each] for each in seen.id.tolist()], np.int64)
         native.add_sightings(seen.place, seen.design, seen.whitening, of, self._first, self._sums, self._seen)
+
+    def first_places(self, seen: Sightings) -> Floats:
+        """Return (k, 2) where the objects were when first seen."""
+        rows = {each: row for row, each in enumerate(self._id.tolist())}
+        places = seen.place.copy()
+        for k, each in enumerate(seen.id.tolist()):
+            if each in rows:
+                places[k] = self._first[rows[each]]
+        return places
 
     def _fade(self, seconds: float) -> None:
         """Let what was seen count less, and rates count from `seconds` later."""
