@@ -24,7 +24,7 @@ LEFT = 6.0
 """Mean square of what an explanation may leave, in units of what the echoes claim."""
 STEPS = 3
 """Number of times that a large angle is fitted again: then it is within a percent."""
-ALIKE = 0.9
+ALIKE = 0.98
 """An error that explains this share of what the best one does may be it as well."""
 
 
@@ -74,10 +74,10 @@ class Finding(NamedTuple):
         """Of it."""
         return float(np.linalg.norm(self.fit.sigma[: len(self.cause.judged)]))
 
-    def is_too_much(self, speed: float) -> bool:
-        """Return whether the list is not valid with it; speed: the vehicle's, m/s."""
-        limit = max(self.cause.limit, speed if self.cause is DRIFT else 0.0)
-        return abs(self.value) - SURELY * self.sigma > limit
+    @property
+    def is_too_much(self) -> bool:
+        """The list is not valid with it."""
+        return abs(self.value) - SURELY * self.sigma > self.cause.limit
 
     def __str__(self) -> str:
         """Say it in plain words."""
@@ -125,9 +125,16 @@ def _drift(value: float, sigma: float) -> str:
     return f"static objects seem to move by {value:.2f} +- {sigma:.2f} m/s: does the INS's position drift?"
 
 
-DRIFT = Cause((NORTH, EAST), (), 0.1, 0.5, 5.0, _drift)
-"""Movers alike may be a convoy, or buoys in a current, if they are slower than the vehicle: a range in another unit, or
-a heading far off, moves all that is static by more than the vehicle's own way."""
+def _far_off(value: float, sigma: float) -> str:
+    ratio = f"{value:.1f} +- {sigma:.1f} times"
+    return f"static objects seem to move {ratio} as fast as the vehicle: a heading far off, or ranges in another unit?"
+
+
+DRIFT = Cause((NORTH, EAST), (), 0.1, math.inf, 5.0, _drift)
+"""Movers alike may be a convoy, or buoys in a current."""
+FAR_OFF = Cause((YAW, SCALE), (), 0.9, 1.0, 5.0, _far_off)
+"""A heading and a scale of any size: what is static moves with the vehicle. By more than the vehicle's own way it does so
+with a heading off by more than 60 degrees, or a range in another unit."""
 FASTEST_TURN = math.radians(0.5)
 """With a faster one places are off by more than they claim, within seconds. No movers turn about us."""
 FAST_TURN = Cause((TURN,), (NORTH, EAST), math.radians(0.2), FASTEST_TURN, math.radians(60.0), _turn)
@@ -138,11 +145,11 @@ TWICE = 0.15
 SLOW_TURN = Cause((TURN,), (YAW,), math.radians(0.05), FASTEST_TURN, math.radians(0.5), _turn)
 """By a small angle, which itself is as an error of the yaw."""
 WRONG_YAW = Cause((YAW,), (), math.radians(0.5), math.radians(5.0), math.radians(60.0), _yaw)
-"""With a larger one all objects move faster than the vehicle: a drift that is no convoy's."""
+"""A larger one is far off."""
 WRONG_SCALE = Cause((SCALE,), (), 0.005, 0.05, 0.1, _scale)
 LATE_POSES = Cause((LATENCY,), (), 0.02, 0.3, 0.5, _latency)
 FAST = (FAST_TURN, DRIFT)
-SLOW = (SLOW_TURN, DRIFT, WRONG_YAW, WRONG_SCALE, LATE_POSES)
+SLOW = (SLOW_TURN, DRIFT, FAR_OFF, WRONG_YAW, WRONG_SCALE, LATE_POSES)
 OFFSETS = YAW, SCALE, LATENCY
 """Columns of errors by which a place is off now; of the others only their rates are known."""
 
@@ -159,7 +166,7 @@ def explanations(reduced: Reduced, causes: tuple[Cause, ...]) -> list[Finding]:
 def _found(reduced: Reduced, cause: Cause) -> Finding | None:
     """Return how large an error is; of an angle, by places as the angle itself has moved them."""
     found = _fitted(reduced, cause)
-    for _ in range(STEPS if YAW in cause.judged else 0):
+    for _ in range(STEPS if cause.judged == (YAW,) else 0):
         if found is None or abs(found.value) > cause.most:
             break
         found = _fitted(reduced.turned(found.value), cause)

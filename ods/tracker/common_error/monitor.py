@@ -81,8 +81,7 @@ class CommonErrors:
 
     def reasons(self) -> list[str]:
         """Return why the list is not valid for it."""
-        speed = 0.0 if self._vehicle is None else float(np.linalg.norm(self._vehicle[1].velocity))
-        return [str(each) for each in self._findings if each.is_too_much(speed)][:1]
+        return [str(each) for each in self._findings if each.is_too_much][:1]
 
     def widened(self, snapshot: Snapshot) -> Snapshot:
         """Return live objects with what is known to be wrong with their places in their covariance."""
