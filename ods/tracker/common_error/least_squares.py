@@ -40,7 +40,6 @@ class Reduced(NamedTuple):
         """Return all but one object."""
         return Reduced(np.delete(self.information, which, axis=0), np.delete(self.freedom, which))
 
-
     def turned(self, yaw: float) -> "Reduced":
         """Return the same with the sine of an error of the yaw, about that large, rad, in the place of the angle.
 

@@ -34,7 +34,7 @@ class CommonErrors:
     def begin_again(self) -> None:
         """Forget all: poses are others."""
         self._fast, self._slow = FadingSums(FAST_MEMORY_S), FadingSums(SLOW_MEMORY_S)
-        self._turn = EchoTurn()
+        self._echo_turn, self._turn_before = EchoTurn(), 0.0
         self._seen_s = self._fitted_s = self._found_s = -math.inf
         self._vehicle: tuple[Vehicle, Motion] | None = None
         self._before: list[Finding] = []
@@ -46,7 +46,6 @@ class CommonErrors:
         if scan.vehicle is None or t_s - self._seen_s < SEEN_EVERY_S:
             return
         self._vehicle, self._seen_s = (scan.vehicle, motion), t_s
-        self._turn.look(scan)
         seen = sightings_of(snapshot, scan, motion)
         self._fast.add(seen, t_s)
         # what moves may not seem to do so by an error that is larger where it is: only the vehicle changes the design
@@ -55,6 +54,15 @@ class CommonErrors:
         if t_s - self._fitted_s >= FITTED_EVERY_S:
             self._fitted_s = t_s
             self._explain(t_s)
+        self._see_turn(scan, t_s)
+
+    def _see_turn(self, scan: Scan, t_s: float) -> None:
+        """Find whether all echoes have turned too fast for tracks; it is so when two pings in turn show it."""
+        turned = self._echo_turn.look(scan)
+        turn = None if turned is None else found_turn(turned.reduced, turned.yaw_rate)
+        if turn is not None and turn.value * self._turn_before > 0.0:
+            self._findings, self._found_s = [turn], t_s
+        self._turn_before = 0.0 if turn is None else turn.value
 
     def _explain(self, t_s: float) -> None:
         """Find what is wrong; it is so when two fits in turn find it: while a drift begins, no cause fits."""
@@ -65,13 +73,10 @@ class CommonErrors:
             self._findings, self._found_s = twice, t_s
 
     def _found(self) -> list[Finding]:
-        """Return the errors that may be: what is too fast for tracks, or for the long memory, before what is slow.
+        """Return the errors that may be: what is too fast for the long memory before what is slow.
 
         But a drift may be an error of the yaw, which only the long memory can distinguish.
         """
-        turned = self._turn.turned()
-        if turned is not None and (turn := found_turn(turned.reduced, turned.yaw_rate)):
-            return [turn]
         fast, slow = explanations(self._fast.reduced(), FAST), explanations(self._slow.reduced(), SLOW)
         return slow if slow and fast and fast[0].cause is DRIFT else fast or slow
 

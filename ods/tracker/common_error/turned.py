@@ -5,12 +5,14 @@ pair agree. Where the angle that most pairs agree with is far from 0 the heading
 and the vehicle turns.
 """
 
+import math
 from collections import deque
 from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats, Ints
+from ods.base.clock import NS
 from ods.tracker.common_error.least_squares import WHOLE, Reduced
 from ods.tracker.common_error.sightings import (
     EAST,
@@ -21,7 +23,7 @@ from ods.tracker.common_error.sightings import (
     OWN,
     TURN,
 )
-from ods.tracker.measurement.scan import Scan
+from ods.tracker.measurement.scan import Scan, Vehicle
 
 AGO_S = 1.0
 """Between the pings compared, s; where pings come more seldom, from one to the next, up to"""
@@ -34,8 +36,8 @@ MOST_AGREE, MORE_THAN_STILL = 0.6, 2.0
 """Share of the echoes that must agree with the turn, of those that it leaves in the fan; and the ratio of their number
 to that of those that agree with none."""
 FEWEST_PAIRS = 5
-STRONGEST = 64
-"""Echoes of a ping that are compared."""
+MOST_ECHOES = 64
+"""Of a ping that are compared."""
 
 
 class _Heard(NamedTuple):
@@ -54,6 +56,16 @@ class _Heard(NamedTuple):
     """Least and most range and bearing."""
 
 
+class _Pairs(NamedTuple):
+    """Echoes of two pings that belong together."""
+
+    turn: float
+    """rad."""
+    before: Ints
+    now: Ints
+    """Their rows."""
+
+
 class Turned(NamedTuple):
     """All echoes have turned."""
 
@@ -69,42 +81,41 @@ class EchoTurn:
     def __init__(self) -> None:
         self._heard: deque[_Heard] = deque()
 
-    def look(self, scan: Scan) -> None:
-        """Take in the echoes of a ping."""
-        vehicle, echoes = scan.vehicle, scan.echoes.rows
-        if vehicle is None or not scan.usable:
-            return
-        t_s, forward = scan.t_ns / 1e9, vehicle.rotation[:2, 0]
-        small = np.flatnonzero(echoes.radius < LARGEST_M)[:STRONGEST]
-        heading = float(np.arctan2(forward[1], forward[0]))
-        azimuth, range_m = heading + echoes.bearing[small], echoes.range_m[small]
-        place = vehicle.position[:2] + (range_m * np.array([np.cos(azimuth), np.sin(azimuth)])).T
-        sigma = np.maximum(
-            np.column_stack([echoes.sigma_range[small], echoes.sigma_bearing[small]]), (LEAST_SIGMA_M, LEAST_SIGMA_RAD)
-        )
-        sector = scan.sector
-        fan = sector.range_min_m, sector.range_max_m, sector.bearing_min_rad, sector.bearing_max_rad
-        self._heard.append(_Heard(t_s, vehicle.position[:2].copy(), heading, place, sigma, fan))
-        while len(self._heard) > 2 and t_s - self._heard[1].t_s >= AGO_S:
-            self._heard.popleft()
-
-    def turned(self) -> Turned | None:
-        """Return how the echoes have turned; None if they have not, or too few show it."""
-        if len(self._heard) < 2:
+    def look(self, scan: Scan) -> Turned | None:
+        """Take in the echoes of a ping; return how they have turned, None if they have not or too few show it."""
+        if scan.vehicle is None or not scan.usable:
             return None
-        before, now = self._heard[0], self._heard[-1]
+        now = _heard(scan, scan.vehicle)
+        self._heard.append(now)
+        while len(self._heard) > 2 and now.t_s - self._heard[1].t_s >= AGO_S:
+            self._heard.popleft()
+        before = self._heard[0]
         seconds = now.t_s - before.t_s
         if not AGO_S <= seconds <= LONGEST_S:
             return None
         pairs = _pairs(before, now)
         if pairs is None:
             return None
-        yaw_rate = float(np.arctan2(*_cross_dot(before.heading, now.heading))) / seconds
-        return Turned(_equations(before, now, *pairs, seconds), yaw_rate)
+        return Turned(_equations(before, now, pairs, seconds), _angle(now.heading - before.heading) / seconds)
 
 
-def _cross_dot(a: float, b: float) -> tuple[float, float]:
-    return float(np.sin(b - a)), float(np.cos(b - a))
+def _heard(scan: Scan, vehicle: Vehicle) -> _Heard:
+    """Return what is compared of a ping."""
+    echoes, sector, forward = scan.echoes.rows, scan.sector, vehicle.rotation[:2, 0]
+    small = np.flatnonzero(echoes.radius < LARGEST_M)
+    if len(small) > MOST_ECHOES:
+        small = small[:: len(small) // MOST_ECHOES + 1]
+    heading = math.atan2(forward[1], forward[0])
+    azimuth, range_m = heading + echoes.bearing[small], echoes.range_m[small]
+    place = vehicle.position[:2] + (range_m * np.array([np.cos(azimuth), np.sin(azimuth)])).T
+    sigma = np.column_stack([echoes.sigma_range[small], echoes.sigma_bearing[small]])
+    fan = sector.range_min_m, sector.range_max_m, sector.bearing_min_rad, sector.bearing_max_rad
+    sigma = np.maximum(sigma, (LEAST_SIGMA_M, LEAST_SIGMA_RAD))
+    return _Heard(scan.t_ns / NS, vehicle.position[:2].copy(), heading, place, sigma, fan)
+
+
+def _angle(rad: float) -> float:
+    return math.remainder(rad, 2.0 * math.pi)
 
 
 def _polar(place: Floats, head: Floats) -> tuple[Floats, Floats]:
@@ -112,50 +123,57 @@ def _polar(place: Floats, head: Floats) -> tuple[Floats, Floats]:
     return np.hypot(*away.T), np.arctan2(away[:, 1], away[:, 0])
 
 
-def _pairs(before: _Heard, now: _Heard) -> tuple[float, Ints, Ints] | None:
-    """Return the turn that most pairs agree with, rad, and the pairs' echoes before and now; None: it is small."""
+def _wrapped(angles: Floats) -> Floats:
+    return np.remainder(angles + np.pi, 2.0 * np.pi) - np.pi
+
+
+def _pairs(before: _Heard, now: _Heard) -> _Pairs | None:
+    """Return the pairs of echoes that the same turn puts in one place; None if it is small, or too few do."""
     (range_a, azimuth_a), (range_b, azimuth_b) = _polar(before.place, now.head), _polar(now.place, now.head)
-    near = np.abs(range_a[:, None] - range_b) < GATE_M
-    a, b = near.nonzero()
-    turn = np.remainder(azimuth_b[b] - azimuth_a[a] + np.pi, 2.0 * np.pi) - np.pi
+    a, b = (np.abs(range_a[:, None] - range_b) < GATE_M).nonzero()
+    turn = _wrapped(azimuth_b[b] - azimuth_a[a])
     gate = GATE_SIGMAS * np.hypot(before.sigma[a, 1], now.sigma[b, 1])
+    still = _different(a[np.abs(turn) < gate])
+    if _different(a) < max(FEWEST_PAIRS, MORE_THAN_STILL * still):
+        return None
     possible = np.abs(turn) < MOST_TURN
     a, b, turn, gate = a[possible], b[possible], turn[possible], gate[possible]
-    if len(a) < FEWEST_PAIRS:
-        return None
     agree = np.abs(turn[:, None] - turn) < gate
-    number = np.array([len(np.unique(a[row])) for row in agree])
-    best = int(number.argmax())
-    still = len(np.unique(a[np.abs(turn) < gate]))
-    middle = float(np.median(turn[agree[best]]))
-    range_min, range_max, bearing_min, bearing_max = now.fan
-    bearing = np.remainder(azimuth_a + middle - now.heading + np.pi, 2.0 * np.pi) - np.pi
-    inside = (range_a > range_min) & (range_a < range_max) & (bearing > bearing_min) & (bearing < bearing_max)
-    wanted = max(FEWEST_PAIRS, MORE_THAN_STILL * still, MOST_AGREE * np.count_nonzero(inside))
-    if abs(middle) < LEAST_TURN or number[best] < wanted:
+    best = max(range(len(a)), key=lambda row: _different(a[agree[row]]), default=0)
+    if not len(a) or abs(middle := float(np.median(turn[agree[best]]))) < LEAST_TURN:
+        return None
+    inside = _inside(range_a, _wrapped(azimuth_a + middle - now.heading), now.fan)
+    if _different(a[agree[best]]) < max(FEWEST_PAIRS, MORE_THAN_STILL * still, MOST_AGREE * inside):
         return None
     off = np.abs(turn - middle) / gate
-    order = np.argsort(off)
-    order = order[off[order] < 1.0]
-    _, first = np.unique(a[order], return_index=True)
-    kept = order[first]
-    _, first = np.unique(b[kept], return_index=True)
-    kept = kept[first]
-    return middle, a[kept], b[kept]
+    nearest = np.argsort(off)[: np.count_nonzero(off < 1.0)]
+    for side in (a, b):
+        nearest = nearest[np.sort(np.unique(side[nearest], return_index=True)[1])]
+    return _Pairs(middle, a[nearest], b[nearest])
 
 
-def _equations(before: _Heard, now: _Heard, turn: float, a: Ints, b: Ints, seconds: float) -> Reduced:
+def _different(of: Ints) -> int:
+    return len(set(of.tolist()))
+
+
+def _inside(range_m: Floats, bearing: Floats, fan: tuple[float, float, float, float]) -> int:
+    """Return how many places are in the fan."""
+    near, far, port, starboard = fan
+    return int(np.count_nonzero((range_m > near) & (range_m < far) & (bearing > port) & (bearing < starboard)))
+
+
+def _equations(before: _Heard, now: _Heard, pairs: _Pairs, seconds: float) -> Reduced:
     """Return the information of pairs about the rates of turn and place, exact for any turn."""
-    c, s = np.cos(turn), np.sin(turn)
-    there = now.place[b] - now.head
-    came = (before.place[a] - now.head) @ np.array([[c, s], [-s, c]])
+    c, s = math.cos(pairs.turn), math.sin(pairs.turn)
+    there = now.place[pairs.now] - now.head
+    came = (before.place[pairs.before] - now.head) @ np.array([[c, s], [-s, c]])
     across = np.column_stack([-there[:, 1], there[:, 0]])
-    rows = np.zeros((len(a), 2, WHOLE))
+    rows = np.zeros((len(there), 2, WHOLE))
     rows[:, :, TURN] = seconds * across
     rows[:, 0, NORTH] = rows[:, 1, EAST] = seconds
-    rows[:, :, -1] = there - came + turn * across
-    away = np.hypot(*there.T)
-    sigma = np.hypot(before.sigma[a], now.sigma[b])
-    whitening = np.stack([there / (away * sigma[:, 0])[:, None], across / (away**2 * sigma[:, 1])[:, None]], axis=1)
-    white = (whitening @ rows)[:, :, OWN:]
-    return Reduced(white.swapaxes(1, 2) @ white, np.full(len(a), 2.0))
+    rows[:, :, -1] = there - came + pairs.turn * across
+    away = np.hypot(*there.T)[:, None]
+    along_m, across_rad = np.hypot(before.sigma[pairs.before], now.sigma[pairs.now]).T[:, :, None]
+    white = np.stack([there / (away * along_m), across / (away**2 * across_rad)], axis=1) @ rows
+    common = white[:, :, OWN:]
+    return Reduced(common.swapaxes(1, 2) @ common, np.full(len(there), 2.0))
