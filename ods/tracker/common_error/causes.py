@@ -133,8 +133,8 @@ def _far_off(value: float, sigma: float) -> str:
 DRIFT = Cause((NORTH, EAST), (), 0.1, math.inf, 5.0, _drift)
 """Movers alike may be a convoy, or buoys in a current."""
 FAR_OFF = Cause((YAW, SCALE), (), 0.9, 1.0, 5.0, _far_off)
-"""A heading and a scale of any size: what is static moves with the vehicle. It does so by more than the vehicle's own way
-with a heading off by more than 60 degrees, or a range in another unit."""
+"""A heading and a scale of any size. Only a heading off by more than 60 degrees, or a range in another unit, makes what is
+static faster than the vehicle."""
 FASTEST_TURN = math.radians(0.5)
 """With a faster one places are off by more than they claim, within seconds. No movers turn about us."""
 FAST_TURN = Cause((TURN,), (NORTH, EAST), math.radians(0.2), FASTEST_TURN, math.radians(60.0), _turn)
