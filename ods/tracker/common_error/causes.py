@@ -133,8 +133,8 @@ def _far_off(value: float, sigma: float) -> str:
 DRIFT = Cause((NORTH, EAST), (), 0.1, math.inf, 5.0, _drift)
 """Movers alike may be a convoy, or buoys in a current."""
 FAR_OFF = Cause((YAW, SCALE), (), 0.9, 1.0, 5.0, _far_off)
-"""A heading and a scale of any size. Only a heading off by more than 60 degrees, or a range in another unit, makes what is
-static faster than the vehicle."""
+"""A heading and a scale of any size. Only a heading off by more than 60 degrees, or a range in another unit, makes what
+is static faster than the vehicle."""
 FASTEST_TURN = math.radians(0.5)
 """With a faster one places are off by more than they claim, within seconds. No movers turn about us."""
 FAST_TURN = Cause((TURN,), (NORTH, EAST), math.radians(0.2), FASTEST_TURN, math.radians(60.0), _turn)
@@ -158,12 +158,12 @@ def explanations(reduced: Reduced, causes: tuple[Cause, ...]) -> list[Finding]:
     """Return the errors that may be, best first; one object in three may go its own way."""
     if len(reduced.freedom) < FEWEST:
         return []
-    found = [_found(reduced, cause) for cause in causes]
+    found = [estimate(reduced, cause) for cause in causes]
     certain = sorted((each for each in found if each is not None and each.holds), key=lambda each: -each.worth)
     return [each for each in certain if each.worth >= ALIKE * certain[0].worth]
 
 
-def _found(reduced: Reduced, cause: Cause) -> Finding | None:
+def estimate(reduced: Reduced, cause: Cause) -> Finding | None:
     """Return how large an error is; of an angle, by places as the angle itself has moved them."""
     found = _fitted(reduced, cause)
     for _ in range(STEPS if cause.judged == (YAW,) else 0):
