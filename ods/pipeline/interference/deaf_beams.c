@@ -33,6 +33,8 @@
    vehicle rolls, many are raised, the more the farther they are to one side. */
 #define BESIDE 8
 #define STANDS_OUT_DB 4.0f
+/* Near an edge, where only one side shows it, it has to be so much. */
+#define STANDS_OUT_AT_EDGE_DB 8.0f
 /* Fewer beams have no level in common. */
 #define FEWEST_BEAMS 8
 /* Time constants of a beam's gain: while it is not raised, and while it is. */
@@ -289,7 +291,7 @@ static bool stands_out(Plane plane, int64_t beam)
     if (port && starboard)
         return smaller_f(more_than(plane, beam, beam - aside), more_than(plane, beam, beam + aside)) >= STANDS_OUT_DB;
     const int64_t near = port ? beam - aside : beam + aside, far = port ? near - aside : near + aside;
-    return more_than(plane, beam, near) - larger_f(more_than(plane, near, far), 0.0f) >= STANDS_OUT_DB;
+    return more_than(plane, beam, near) - larger_f(more_than(plane, near, far), 0.0f) >= STANDS_OUT_AT_EDGE_DB;
 }
 
 /* Notes the beams from one beside a raised one on, in steps, that are filled by its side lobes. */
