@@ -24,8 +24,10 @@ LEFT = 6.0
 """Mean square of what an explanation may leave, in units of what the echoes claim."""
 STEPS = 3
 """Number of times that a large angle is fitted again: then it is within a percent."""
-ALIKE = 0.98
-"""An error that explains this share of what the best one does may be it as well."""
+ALIKE = 0.9
+"""An error that explains this share of what the best one does may be it as well;"""
+NO_LESS = 0.98
+"""one for which a list is not valid has to explain this share, or movers alike would do."""
 
 
 class Cause(NamedTuple):
@@ -160,7 +162,12 @@ def explanations(reduced: Reduced, causes: tuple[Cause, ...]) -> list[Finding]:
         return []
     found = [estimate(reduced, cause) for cause in causes]
     certain = sorted((each for each in found if each is not None and each.holds), key=lambda each: -each.worth)
-    return [each for each in certain if each.worth >= ALIKE * certain[0].worth]
+    return [each for each in certain if each.fit.gain >= ALIKE * certain[0].fit.gain]
+
+
+def too_much(found: list[Finding]) -> list[str]:
+    """Return why a list is not valid for the errors that may be, best first."""
+    return [str(each) for each in found if each.is_too_much and each.fit.gain >= NO_LESS * found[0].fit.gain][:1]
 
 
 def estimate(reduced: Reduced, cause: Cause) -> Finding | None:

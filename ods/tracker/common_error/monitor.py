@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ods.base.clock import NS
-from ods.tracker.common_error.causes import DRIFT, FAST, SLOW, Finding, explanations, found_turn
+from ods.tracker.common_error.causes import DRIFT, FAST, SLOW, Finding, explanations, found_turn, too_much
 from ods.tracker.common_error.least_squares import FadingSums
 from ods.tracker.common_error.sightings import Motion, design_of, sightings_of
 from ods.tracker.common_error.turned import EchoTurn
@@ -86,7 +86,7 @@ class CommonErrors:
 
     def reasons(self) -> list[str]:
         """Return why the list is not valid for it."""
-        return [str(each) for each in self._findings if each.is_too_much][:1]
+        return too_much(self._findings)
 
     def widened(self, snapshot: Snapshot) -> Snapshot:
         """Return live objects with what is known to be wrong with their places in their covariance."""
