@@ -108,6 +108,17 @@ def test_loud_scenes_are_no_source() -> None:
     assert not any(any(sonar.see(level)) for _ in range(5))
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_side_of_the_fan_that_a_roll_raises_over_all_ranges_is_no_source_and_hides_none(side: float) -> None:
+    sonar = Sonar()
+    for _ in range(20):
+        assert not any(sonar.see(scene_db()))
+    rolled = scene_db() + side * np.linspace(-11.0, 11.0, BEAMS)[:, None]
+    assert not any(any(sonar.see(rolled)) for _ in range(5))
+    rolled[SPOKE] += 30.0
+    assert sonar.see(rolled)[SPOKE] == 4
+
+
 def test_planes_are_judged_by_themselves() -> None:
     sonar = Sonar()
     frame = np.vstack([sonar.counts(scene_db()), sonar.counts(scene_db() + 20.0)])

@@ -13,6 +13,7 @@ from hypothesis import given, settings, strategies as st
 from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.messages import Sector
+from ods.tracker.common_error.causes import WRONG_SCALE, WRONG_YAW, Cause, estimate
 from ods.tracker.common_error.least_squares import WHOLE, FadingSums, Reduced, fit
 from ods.tracker.common_error.monitor import CommonErrors
 from ods.tracker.common_error.sightings import COLUMNS, EAST, NORTH, OWN, TURN, YAW, Motion, Sightings
@@ -23,6 +24,7 @@ from ods.tracker.output.snapshot import Snapshot, snapshot_of_map
 
 PING_S, SIGMA_RANGE, SIGMA_BEARING = 0.15, 0.1, 0.01
 SECTOR = Sector(1.0, 120.0, -0.8, 0.8, 0.17)
+STEP_S = 6.0
 AHEAD = np.array([[40.0, -12.0], [60.0, 20.0], [52.0, -25.0], [80.0, 9.0], [95.0, -6.0]])
 
 
@@ -34,6 +36,9 @@ class Wrong(NamedTuple):
     scale: float = 0.0
     latency: float = 0.0
     drift: tuple[float, float] = (0.0, 0.0)
+    step: float = 0.0
+    """Of the heading, rad, after STEP_S."""
+    mirrored: bool = False
 
 
 class World(NamedTuple):
@@ -68,18 +73,21 @@ class World(NamedTuple):
             range_m = np.hypot(*away.T) + rng.normal(0.0, SIGMA_RANGE, len(away))
             bearing = np.arctan2(away[:, 1], away[:, 0]) - self.heading(t_s)
             bearing += rng.normal(0.0, SIGMA_BEARING, len(away))
+            bearing *= -1.0 if wrong.mirrored else 1.0
             shown.append(self._reported(t_s, range_m * (1.0 + wrong.scale), bearing, wrong))
         return shown
 
     def _reported(self, t_s: float, range_m: Floats, bearing: Floats, wrong: Wrong) -> tuple[Snapshot, Scan, Motion]:
         posed_s = t_s + wrong.latency
         heading = self.heading(posed_s) + wrong.yaw + wrong.turn * (t_s - 10.0)
+        heading += wrong.step if t_s - 10.0 > STEP_S else 0.0
         place = self.place(posed_s) + np.array(wrong.drift) * (t_s - 10.0)
         turned = np.array([[math.cos(heading), -math.sin(heading)], [math.sin(heading), math.cos(heading)]])
         rotation = np.eye(3)
         rotation[:2, :2] = turned
         vehicle = Vehicle(np.append(place, 5.0), rotation, np.full(3, 0.1), np.full(3, 0.005))
-        rows = [(r, b, 0.0, 0.5, SIGMA_RANGE, SIGMA_BEARING, 0.1) for r, b in zip(range_m, bearing, strict=True)]
+        sigma = SIGMA_RANGE * (1.0 + wrong.scale)
+        rows = [(r, b, 0.0, 0.5, sigma, SIGMA_BEARING, 0.1) for r, b in zip(range_m, bearing, strict=True)]
         scan = Scan(round(t_s * NS), 0, vehicle, SECTOR, echoes_of(np.array(rows))[0])
         ahead = np.array([range_m * np.cos(bearing), range_m * np.sin(bearing)])
         yaw_rate = self.weave / 3.0 * math.cos(posed_s / 3.0) + wrong.turn
@@ -179,7 +187,7 @@ def test_a_list_is_valid_up_to_a_limit_and_movers_alike_may_be_a_convoy(wrong: W
 @pytest.mark.parametrize("wrong", [Wrong(yaw=math.radians(90.0)), Wrong(scale=2.28)])
 def test_what_all_moves_faster_than_the_vehicle_is_no_convoy(wrong: Wrong) -> None:
     """The heading is far off, or ranges are in feet."""
-    assert "static objects seem to move" in after(World(weave=0.0), wrong, 15.0).reasons()[0]
+    assert "times as fast as the vehicle: a heading far off" in after(World(weave=0.0), wrong, 15.0).reasons()[0]
 
 
 @pytest.mark.parametrize(
@@ -197,6 +205,70 @@ def test_what_is_wrong_by_a_known_amount_is_in_the_covariance(wrong: Wrong) -> N
     products = wider.covariance_ne - snapshot.covariance_ne
     np.testing.assert_allclose(products**2, grown[0] * grown[1], rtol=1e-6, atol=1e-9)
     np.testing.assert_array_equal(after(world, Wrong()).widened(snapshot).sigma_position, snapshot.sigma_position)
+
+
+def seconds_until(world: World, wrong: Wrong, words: str, seconds: float, seed: int) -> tuple[float, str]:
+    """Return after which time the list is first not valid for it, s, and the reason."""
+    errors = CommonErrors()
+    for k, ping in enumerate(world.pings(wrong, seconds, seed)):
+        errors.look(*ping)
+        for reason in errors.reasons():
+            if words in reason:
+                return k * PING_S, reason
+    raise AssertionError(errors.problem())
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("world", [World(), World(weave=0.0), World(weave=0.0, speed=0.0)])
+def test_a_step_of_the_heading_is_said_within_a_second(world: World, seed: int) -> None:
+    at_s, reason = seconds_until(world, Wrong(step=math.radians(6.0)), "seem to turn", STEP_S + 2.0, seed)
+    assert STEP_S < at_s <= STEP_S + 1.0
+    assert abs(number(reason)[0] - 6.0) < 1.5
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_mirrored_images_are_named_when_the_vehicle_turns(seed: int) -> None:
+    at_s, reason = seconds_until(World(), Wrong(mirrored=True), "are port and starboard exchanged?", 10.0, seed)
+    assert at_s < 4.0
+    assert "twice as fast as the vehicle" in reason
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("world", "degrees"), [(World(weave=0.0), 15.0), (World(), -15.0), (World(), 30.0)])
+def test_beams_that_are_shifted_are_named_with_the_right_size_within_six_seconds(
+    world: World, degrees: float, seed: int
+) -> None:
+    wrong = Wrong(yaw=math.radians(degrees))
+    _, reason = seconds_until(world, wrong, "sonar.mounting.yaw_deg, or the heading", 6.0, seed)
+    value, sigma = number(reason)
+    assert abs(value - abs(degrees)) < 3.0 * sigma
+    assert ("large" in reason) == (degrees > 0.0)
+
+
+@pytest.mark.parametrize(
+    ("cause", "wrong", "true"),
+    [(WRONG_YAW, Wrong(yaw=math.radians(3.0)), math.radians(3.0)), (WRONG_SCALE, Wrong(scale=0.03), 0.03)],
+)
+def test_first_estimates_are_as_far_off_as_they_claim(cause: Cause, wrong: Wrong, true: float) -> None:
+    """The noise of echoes, whose places the design was made of, made them too small by more than two sigmas."""
+    squares = []
+    for seed in range(8):
+        errors = CommonErrors()
+        for k, ping in enumerate(World().pings(wrong, 10.0, seed)):
+            errors.look(*ping)
+            if k % 10 == 9 and (found := estimate(errors._slow.reduced(), cause)):
+                squares.append(((found.value - true) / found.sigma) ** 2)
+    assert len(squares) > 40
+    assert np.mean(squares) < 1.5
+
+
+def test_a_school_that_moves_alike_past_a_hovering_vehicle_leaves_the_list_valid() -> None:
+    for seed, velocity in enumerate(((0.9, 0.3), (-0.2, 0.8), (0.0, -1.2))):
+        errors = CommonErrors()
+        for ping in World(velocity=np.array([velocity]), speed=0.0, weave=0.0).pings(Wrong(), 15.0, seed):
+            errors.look(*ping)
+            assert not errors.reasons()
+        assert "static objects seem to move" in errors.problem()
 
 
 def test_a_jump_of_the_pose_begins_anew() -> None:

@@ -29,6 +29,12 @@
 #define EMPTIED_DB 1.5f
 /* If more than one in so many beams are raised it is the scene that is loud there: a source is received in few. */
 #define FEW 4
+/* Beams as far as an eighth of them to either side of the loudest of a source hear this much less of it, dB. Where a
+   vehicle rolls, many are raised, the more the farther they are to one side. */
+#define BESIDE 8
+#define STANDS_OUT_DB 4.0f
+/* Near an edge, where only one side shows it, it has to be so much. */
+#define STANDS_OUT_AT_EDGE_DB 8.0f
 /* Fewer beams have no level in common. */
 #define FEWEST_BEAMS 8
 /* Time constants of a beam's gain: while it is not raised, and while it is. */
@@ -260,6 +266,34 @@ static bool is_raised(Plane plane, Rings counted, int64_t beam, const int64_t *o
     return quiet - mean_excess(plane, beam, order + rings - QUARTER, QUARTER, false) >= ADDED_DB;
 }
 
+/* Returns by how much more than another beam one is over its gain, dB, in the mean of the rings. */
+static float more_than(Plane plane, int64_t beam, int64_t other)
+{
+    float total = 0.0f;
+    int32_t count = 0;
+    for (int64_t r = 0; r < RINGS; r++) {
+        const float *excess = plane.excess + r * plane.beams, *gain = plane.gain + r * plane.beams;
+        const float more = excess[beam] - excess[other], gains = gain[beam] - gain[other];
+        if (isnan(more))
+            continue;
+        total += more - (isnan(gains) ? 0.0f : gains);
+        count++;
+    }
+    return total / (float)count;
+}
+
+/* Whether a raised beam is so more than those to either side; near the fan's edge, more than those to one side lead one
+   to expect. */
+static bool stands_out(Plane plane, int64_t beam)
+{
+    const int64_t aside = larger_i(plane.beams / BESIDE, 2);
+    const bool port = beam - aside >= 0, starboard = beam + aside < plane.beams;
+    if (port && starboard)
+        return smaller_f(more_than(plane, beam, beam - aside), more_than(plane, beam, beam + aside)) >= STANDS_OUT_DB;
+    const int64_t near = port ? beam - aside : beam + aside, far = port ? near - aside : near + aside;
+    return more_than(plane, beam, near) - larger_f(more_than(plane, near, far), 0.0f) >= STANDS_OUT_AT_EDGE_DB;
+}
+
 /* Notes the beams from one beside a raised one on, in steps, that are filled by its side lobes. */
 static void fill_beside(Plane plane, int64_t raised, int64_t step, const int64_t *order, uint8_t *codes)
 {
@@ -275,6 +309,7 @@ static void fill_beside(Plane plane, int64_t raised, int64_t step, const int64_t
 static void find_drowned(Plane plane)
 {
     int64_t order[RINGS], raised = 0;
+    bool stand_out = false;
     const int64_t rings = by_level(plane.middle, order);
     uint8_t *codes = ZEROS(uint8_t, plane.beams);
     const Rings counted = count_rings(plane);
@@ -282,8 +317,9 @@ static void find_drowned(Plane plane)
         const bool deaf = plane.codes[b] != SATURATED && is_raised(plane, counted, b, order, rings);
         codes[b] = deaf ? DROWNED : plane.codes[b] == SATURATED ? SATURATED : HEARS;
         raised += deaf;
+        stand_out |= deaf && stands_out(plane, b);
     }
-    const bool is_source = raised > 0 && FEW * raised <= plane.beams;
+    const bool is_source = stand_out && FEW * raised <= plane.beams;
     uint8_t *seeds = SCRATCH(uint8_t, plane.beams);
     memcpy(seeds, codes, (size_t)plane.beams);
     for (int64_t b = 0; b < plane.beams && is_source; b++)

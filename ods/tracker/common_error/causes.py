@@ -22,8 +22,12 @@ SURELY = 3.0
 """and by which it must be over its limit."""
 LEFT = 6.0
 """Mean square of what an explanation may leave, in units of what the echoes claim."""
+STEPS = 3
+"""Number of times that a large angle is fitted again: then it is within a percent."""
 ALIKE = 0.9
-"""An error that explains this share of what the best one does may be it as well."""
+"""An error that explains this share of what the best one does may be it as well;"""
+NO_LESS = 0.98
+"""one for which a list is not valid has to explain this share, or movers alike would do."""
 
 
 class Cause(NamedTuple):
@@ -53,6 +57,8 @@ class Finding(NamedTuple):
     def value(self) -> float:
         """Of the only column judged; of several, their length."""
         judged = self.fit.value[: len(self.cause.judged)]
+        if self.cause.judged == (YAW,):
+            return math.asin(max(-1.0, min(1.0, float(judged[0]))))
         return float(judged[0]) if len(judged) == 1 else float(np.linalg.norm(judged))
 
     def offset(self, design: Floats) -> Floats:
@@ -70,10 +76,10 @@ class Finding(NamedTuple):
         """Of it."""
         return float(np.linalg.norm(self.fit.sigma[: len(self.cause.judged)]))
 
-    def is_too_much(self, speed: float) -> bool:
-        """Return whether the list is not valid with it; speed: the vehicle's, m/s."""
-        limit = max(self.cause.limit, speed if self.cause is DRIFT else 0.0)
-        return abs(self.value) - SURELY * self.sigma > limit
+    @property
+    def is_too_much(self) -> bool:
+        """The list is not valid with it."""
+        return abs(self.value) - SURELY * self.sigma > self.cause.limit
 
     def __str__(self) -> str:
         """Say it in plain words."""
@@ -97,6 +103,11 @@ def _turn(value: float, sigma: float) -> str:
     return f"static objects seem to turn by {rate} about the vehicle: does the heading drift?"
 
 
+def _mirrored(value: float, sigma: float) -> str:
+    rate = f"{math.degrees(value):.1f} +- {math.degrees(sigma):.1f} deg/s"
+    return f"static objects seem to turn by {rate}, twice as fast as the vehicle: are port and starboard exchanged?"
+
+
 def _yaw(value: float, sigma: float) -> str:
     size = f"{math.degrees(abs(value)):.1f} +- {math.degrees(sigma):.1f} deg"
     return f"sonar.mounting.yaw_deg, or the heading, is {size} too {'large' if value > 0.0 else 'small'}"
@@ -116,20 +127,31 @@ def _drift(value: float, sigma: float) -> str:
     return f"static objects seem to move by {value:.2f} +- {sigma:.2f} m/s: does the INS's position drift?"
 
 
-DRIFT = Cause((NORTH, EAST), (), 0.1, 0.5, 5.0, _drift)
-"""Movers alike may be a convoy, or buoys in a current, if they are slower than the vehicle: a range in another unit, or
-a heading far off, moves all that is static by more than the vehicle's own way."""
+def _far_off(value: float, sigma: float) -> str:
+    ratio = f"{value:.1f} +- {sigma:.1f} times"
+    return f"static objects seem to move {ratio} as fast as the vehicle: a heading far off, or ranges in another unit?"
+
+
+DRIFT = Cause((NORTH, EAST), (), 0.1, math.inf, 5.0, _drift)
+"""Movers alike may be a convoy, or buoys in a current."""
+FAR_OFF = Cause((YAW, SCALE), (), 0.9, 1.0, 5.0, _far_off)
+"""A heading and a scale of any size. Only a heading off by more than 60 degrees, or a range in another unit, makes what
+is static faster than the vehicle."""
 FASTEST_TURN = math.radians(0.5)
 """With a faster one places are off by more than they claim, within seconds. No movers turn about us."""
-FAST_TURN = Cause((TURN,), (NORTH, EAST), math.radians(0.2), FASTEST_TURN, math.radians(20.0), _turn)
+FAST_TURN = Cause((TURN,), (NORTH, EAST), math.radians(0.2), FASTEST_TURN, math.radians(60.0), _turn)
 """By an angle of any size: the angle itself is as a drift."""
+MIRRORED = FAST_TURN._replace(words=_mirrored)
+TWICE = 0.15
+"""Share by which such a turn may differ from twice the vehicle's."""
 SLOW_TURN = Cause((TURN,), (YAW,), math.radians(0.05), FASTEST_TURN, math.radians(0.5), _turn)
 """By a small angle, which itself is as an error of the yaw."""
-WRONG_YAW = Cause((YAW,), (), math.radians(0.5), math.radians(5.0), math.radians(20.0), _yaw)
+WRONG_YAW = Cause((YAW,), (), math.radians(0.5), math.radians(5.0), math.radians(60.0), _yaw)
+"""A larger one is far off."""
 WRONG_SCALE = Cause((SCALE,), (), 0.005, 0.05, 0.1, _scale)
 LATE_POSES = Cause((LATENCY,), (), 0.02, 0.3, 0.5, _latency)
 FAST = (FAST_TURN, DRIFT)
-SLOW = (SLOW_TURN, DRIFT, WRONG_YAW, WRONG_SCALE, LATE_POSES)
+SLOW = (SLOW_TURN, DRIFT, FAR_OFF, WRONG_YAW, WRONG_SCALE, LATE_POSES)
 OFFSETS = YAW, SCALE, LATENCY
 """Columns of errors by which a place is off now; of the others only their rates are known."""
 
@@ -138,12 +160,27 @@ def explanations(reduced: Reduced, causes: tuple[Cause, ...]) -> list[Finding]:
     """Return the errors that may be, best first; one object in three may go its own way."""
     if len(reduced.freedom) < FEWEST:
         return []
-    found = [_found(reduced, cause) for cause in causes]
+    found = [estimate(reduced, cause) for cause in causes]
     certain = sorted((each for each in found if each is not None and each.holds), key=lambda each: -each.worth)
-    return [each for each in certain if each.worth >= ALIKE * certain[0].worth]
+    return [each for each in certain if each.fit.gain >= ALIKE * certain[0].fit.gain]
 
 
-def _found(reduced: Reduced, cause: Cause) -> Finding | None:
+def too_much(found: list[Finding]) -> list[str]:
+    """Return why a list is not valid for the errors that may be, best first."""
+    return [str(each) for each in found if each.is_too_much and each.fit.gain >= NO_LESS * found[0].fit.gain][:1]
+
+
+def estimate(reduced: Reduced, cause: Cause) -> Finding | None:
+    """Return how large an error is; of an angle, by places as the angle itself has moved them."""
+    found = _fitted(reduced, cause)
+    for _ in range(STEPS if cause.judged == (YAW,) else 0):
+        if found is None or abs(found.value) > cause.most:
+            break
+        found = _fitted(reduced.turned(found.value), cause)
+    return found
+
+
+def _fitted(reduced: Reduced, cause: Cause) -> Finding | None:
     """Return how large an error is, without the objects that go their own way."""
     found = fit(reduced, cause.judged + cause.beside)
     for _ in range(len(reduced.freedom) // FEWEST):
@@ -155,3 +192,12 @@ def _found(reduced: Reduced, cause: Cause) -> Finding | None:
         reduced = reduced.without(best)
         found = fit(reduced, cause.judged + cause.beside)
     return None if found is None else Finding(cause, found)
+
+
+def found_turn(reduced: Reduced, yaw_rate: float) -> Finding | None:
+    """Return the turn that pairs of echoes show, if it is one, while the vehicle reports a yaw rate, rad/s."""
+    best = next(iter(explanations(reduced, FAST)), None)
+    if best is None or best.cause is not FAST_TURN:
+        return None
+    mirrored = abs(best.value - 2.0 * yaw_rate) < TWICE * abs(best.value) + SURELY * best.sigma
+    return best._replace(cause=MIRRORED) if mirrored else best

@@ -12,7 +12,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Ints
 from ods.compiled import native
-from ods.tracker.common_error.sightings import COLUMNS, EAST, NORTH, OWN, TURN, YAW, Sightings
+from ods.tracker.common_error.sightings import COLUMNS, EAST, NORTH, OWN, SCALE, TURN, YAW, Sightings
 
 NEARER_SIGMA_M, DEPTH_SIGMA_M = 2.0, 3.0
 """Of what is not known of an object: its half thickness, and by how much it lies deeper or higher than the head."""
@@ -39,6 +39,17 @@ class Reduced(NamedTuple):
     def without(self, which: int) -> "Reduced":
         """Return all but one object."""
         return Reduced(np.delete(self.information, which, axis=0), np.delete(self.freedom, which))
+
+    def turned(self, yaw: float) -> "Reduced":
+        """Return the same with the sine of an error of the yaw, about that large, rad, in the place of the angle.
+
+        It moves a place by sin(yaw) of its distance across, and by 1 - cos(yaw) nearer: as ranges too short by that
+        share. So the equations are exact for a large angle, too.
+        """
+        information, scale = self.information.copy(), -math.tan(0.5 * yaw)
+        information[:, YAW - OWN] += scale * information[:, SCALE - OWN]
+        information[:, :, YAW - OWN] += scale * information[:, :, SCALE - OWN]
+        return Reduced(information, self.freedom)
 
 
 class Fit(NamedTuple):
@@ -74,6 +85,15 @@ class FadingSums:
         rows = {each: row for row, each in enumerate(self._id.tolist())}
         of = np.array([rows[each] for each in seen.id.tolist()], np.int64)
         native.add_sightings(seen.place, seen.design, seen.whitening, of, self._first, self._sums, self._seen)
+
+    def first_places(self, seen: Sightings) -> Floats:
+        """Return (k, 2) where the objects were when first seen."""
+        rows = {each: row for row, each in enumerate(self._id.tolist())}
+        places = seen.place.copy()
+        for k, each in enumerate(seen.id.tolist()):
+            if each in rows:
+                places[k] = self._first[rows[each]]
+        return places
 
     def _fade(self, seconds: float) -> None:
         """Let what was seen count less, and rates count from `seconds` later."""

@@ -10,9 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from ods.base.clock import NS
-from ods.tracker.common_error.causes import FAST, SLOW, Finding, explanations
+from ods.tracker.common_error.causes import DRIFT, FAST, SLOW, Finding, explanations, found_turn, too_much
 from ods.tracker.common_error.least_squares import FadingSums
 from ods.tracker.common_error.sightings import Motion, design_of, sightings_of
+from ods.tracker.common_error.turned import EchoTurn
 from ods.tracker.existence.lifecycle import ACTIVE, STAND_BY
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.output.snapshot import Snapshot
@@ -33,6 +34,7 @@ class CommonErrors:
     def begin_again(self) -> None:
         """Forget all: poses are others."""
         self._fast, self._slow = FadingSums(FAST_MEMORY_S), FadingSums(SLOW_MEMORY_S)
+        self._echo_turn, self._turn_before = EchoTurn(), 0.0
         self._seen_s = self._fitted_s = self._found_s = -math.inf
         self._vehicle: tuple[Vehicle, Motion] | None = None
         self._before: list[Finding] = []
@@ -46,18 +48,37 @@ class CommonErrors:
         self._vehicle, self._seen_s = (scan.vehicle, motion), t_s
         seen = sightings_of(snapshot, scan, motion)
         self._fast.add(seen, t_s)
-        self._slow.add(seen, t_s)
+        # what moves may not seem to do so by an error that is larger where it is: only the vehicle changes the design
+        away = self._slow.first_places(seen) - scan.vehicle.position[:2]
+        self._slow.add(seen._replace(design=design_of(away, motion)), t_s)
         if t_s - self._fitted_s >= FITTED_EVERY_S:
             self._fitted_s = t_s
             self._explain(t_s)
+        self._see_turn(scan, t_s)
+
+    def _see_turn(self, scan: Scan, t_s: float) -> None:
+        """Find whether all echoes have turned too fast for tracks; it is so when two pings in turn show it."""
+        turned = self._echo_turn.look(scan)
+        turn = None if turned is None else found_turn(turned.reduced, turned.yaw_rate)
+        if turn is not None and turn.value * self._turn_before > 0.0:
+            self._findings, self._found_s = [turn], t_s
+        self._turn_before = 0.0 if turn is None else turn.value
 
     def _explain(self, t_s: float) -> None:
         """Find what is wrong; it is so when two fits in turn find it: while a drift begins, no cause fits."""
-        found = explanations(self._fast.reduced(), FAST) or explanations(self._slow.reduced(), SLOW)
+        found = self._found()
         before, self._before = self._before, found
         twice = [each for each in found if any(each.cause is other.cause for other in before)]
         if twice or t_s - self._found_s > HELD_S:
             self._findings, self._found_s = twice, t_s
+
+    def _found(self) -> list[Finding]:
+        """Return the errors that may be: what is too fast for the long memory before what is slow.
+
+        But a drift may be an error of the yaw, which only the long memory can distinguish.
+        """
+        fast, slow = explanations(self._fast.reduced(), FAST), explanations(self._slow.reduced(), SLOW)
+        return slow if slow and fast and fast[0].cause is DRIFT else fast or slow
 
     def problem(self) -> str:
         """Return the likely error, as text; "" if there is none."""
@@ -65,8 +86,7 @@ class CommonErrors:
 
     def reasons(self) -> list[str]:
         """Return why the list is not valid for it."""
-        speed = 0.0 if self._vehicle is None else float(np.linalg.norm(self._vehicle[1].velocity))
-        return [str(each) for each in self._findings if each.is_too_much(speed)][:1]
+        return too_much(self._findings)
 
     def widened(self, snapshot: Snapshot) -> Snapshot:
         """Return live objects with what is known to be wrong with their places in their covariance."""

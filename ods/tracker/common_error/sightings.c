@@ -81,7 +81,8 @@ KERNEL_INT(common_sightings,
         (*white)[0][1] = there[1] / along;
         (*white)[1][0] = -there[1] / across;
         (*white)[1][1] = there[0] / across;
-        set_design(there, ARRAY(double, 9), FLOAT(10), &ARRAY(Design, 16)[count]);
+        /* by the place tracked, as that of an echo has an error of its own: with it, estimates would be too small */
+        set_design((const Flat){north, east}, ARRAY(double, 9), FLOAT(10), &ARRAY(Design, 16)[count]);
         for (int axis = 0; axis < 2; axis++)
             ARRAY(Flat, 15)[count][axis] = head[axis] + there[axis];
         ARRAY(int64_t, 14)[count++] = i;
