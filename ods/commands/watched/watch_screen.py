@@ -20,7 +20,7 @@ UNSEEN_SHOWN_S = 1.0
 
 
 def live(updates: Iterator[Received], hindered: Callable[[], str]) -> None:
-    """Show what is received, as often as there is an update; hindered: says what keeps the list away. Raises OdsError."""
+    """Show what is received, at each update; hindered: says what keeps the list away. Raises OdsError."""
     console = Console()
     if not console.is_terminal:  # which would stay empty until the end
         raise OdsError("the live table needs a terminal: use --once, or --once --json")

@@ -36,11 +36,11 @@ MOST_AGREE, MORE_THAN_STILL = 0.6, 2.0
 """Share of the echoes that must agree with the turn, of those that it leaves in the fan; and the ratio of their number
 to that of those that agree with none."""
 FEWEST_PAIRS = 5
-MOST_ECHOES = 64
+MOST_ECHOES = 32
 """Of a ping that are compared."""
 
 
-class _Heard(NamedTuple):
+class _Echoes(NamedTuple):
     """Of one ping: the m echoes of small objects."""
 
     t_s: float
@@ -79,17 +79,17 @@ class EchoTurn:
     """Keeps the echoes of the last second."""
 
     def __init__(self) -> None:
-        self._heard: deque[_Heard] = deque()
+        self._echoes: deque[_Echoes] = deque()
 
     def look(self, scan: Scan) -> Turned | None:
         """Take in the echoes of a ping; return how they have turned, None if they have not or too few show it."""
         if scan.vehicle is None or not scan.usable:
             return None
-        now = _heard(scan, scan.vehicle)
-        self._heard.append(now)
-        while len(self._heard) > 2 and now.t_s - self._heard[1].t_s >= AGO_S:
-            self._heard.popleft()
-        before = self._heard[0]
+        now = _echoes(scan, scan.vehicle)
+        self._echoes.append(now)
+        while len(self._echoes) > 2 and now.t_s - self._echoes[1].t_s >= AGO_S:
+            self._echoes.popleft()
+        before = self._echoes[0]
         seconds = now.t_s - before.t_s
         if not AGO_S <= seconds <= LONGEST_S:
             return None
@@ -99,7 +99,7 @@ class EchoTurn:
         return Turned(_equations(before, now, pairs, seconds), _angle(now.heading - before.heading) / seconds)
 
 
-def _heard(scan: Scan, vehicle: Vehicle) -> _Heard:
+def _echoes(scan: Scan, vehicle: Vehicle) -> _Echoes:
     """Return what is compared of a ping."""
     echoes, sector, forward = scan.echoes.rows, scan.sector, vehicle.rotation[:2, 0]
     small = np.flatnonzero(echoes.radius < LARGEST_M)
@@ -111,7 +111,7 @@ def _heard(scan: Scan, vehicle: Vehicle) -> _Heard:
     sigma = np.column_stack([echoes.sigma_range[small], echoes.sigma_bearing[small]])
     fan = sector.range_min_m, sector.range_max_m, sector.bearing_min_rad, sector.bearing_max_rad
     sigma = np.maximum(sigma, (LEAST_SIGMA_M, LEAST_SIGMA_RAD))
-    return _Heard(scan.t_ns / NS, vehicle.position[:2].copy(), heading, place, sigma, fan)
+    return _Echoes(scan.t_ns / NS, vehicle.position[:2].copy(), heading, place, sigma, fan)
 
 
 def _angle(rad: float) -> float:
@@ -127,7 +127,7 @@ def _wrapped(angles: Floats) -> Floats:
     return np.remainder(angles + np.pi, 2.0 * np.pi) - np.pi
 
 
-def _pairs(before: _Heard, now: _Heard) -> _Pairs | None:
+def _pairs(before: _Echoes, now: _Echoes) -> _Pairs | None:
     """Return the pairs of echoes that the same turn puts in one place; None if it is small, or too few do."""
     (range_a, azimuth_a), (range_b, azimuth_b) = _polar(before.place, now.head), _polar(now.place, now.head)
     a, b = (np.abs(range_a[:, None] - range_b) < GATE_M).nonzero()
@@ -139,8 +139,11 @@ def _pairs(before: _Heard, now: _Heard) -> _Pairs | None:
     possible = np.abs(turn) < MOST_TURN
     a, b, turn, gate = a[possible], b[possible], turn[possible], gate[possible]
     agree = np.abs(turn[:, None] - turn) < gate
-    best = max(range(len(a)), key=lambda row: _different(a[agree[row]]), default=0)
-    if not len(a) or abs(middle := float(np.median(turn[agree[best]]))) < LEAST_TURN:
+    if not len(a):
+        return None
+    which = (np.arange(len(before.place)) == a[:, None]).astype(np.float32)
+    best = int(np.argmax(np.count_nonzero(agree.astype(np.float32) @ which, axis=1)))
+    if abs(middle := float(np.median(turn[agree[best]]))) < LEAST_TURN:
         return None
     inside = _inside(range_a, _wrapped(azimuth_a + middle - now.heading), now.fan)
     if _different(a[agree[best]]) < max(FEWEST_PAIRS, MORE_THAN_STILL * still, MOST_AGREE * inside):
@@ -162,7 +165,7 @@ def _inside(range_m: Floats, bearing: Floats, fan: tuple[float, float, float, fl
     return int(np.count_nonzero((range_m > near) & (range_m < far) & (bearing > port) & (bearing < starboard)))
 
 
-def _equations(before: _Heard, now: _Heard, pairs: _Pairs, seconds: float) -> Reduced:
+def _equations(before: _Echoes, now: _Echoes, pairs: _Pairs, seconds: float) -> Reduced:
     """Return the information of pairs about the rates of turn and place, exact for any turn."""
     c, s = math.cos(pairs.turn), math.sin(pairs.turn)
     there = now.place[pairs.now] - now.head
