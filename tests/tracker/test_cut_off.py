@@ -119,7 +119,7 @@ def test_a_part_larger_than_the_body_was_thought_to_be_is_believed_and_whole_ech
 @pytest.mark.parametrize("aside_m", [8.0, 11.0])
 @pytest.mark.parametrize("image", [0, 1])
 def test_a_false_alarm_beside_a_body_does_not_live_by_the_part_seen_of_it(aside_m: float, image: int) -> None:
-    """It took all echoes of the body, which told nothing of its place until that was vague: a leap, 1.3 to 1.8 m/s."""
+    """It took all echoes of the body, which said nothing of its place until that was vague: a leap, 1.3 to 1.8 m/s."""
     vehicle = vehicle_at(np.zeros(3), quat_from_euler(0.0, 0.0, 0.0), NO_SIGMA, NO_SIGMA)
     tracker, bearing = Tracker(TrackerSettings()), HALF_FOV - 0.04
     part = FAR_M, bearing, 0.0, 2.0, 2.0, HIDDEN_M / FAR_M, HIDDEN_M, 25.0, 1.0

@@ -10,6 +10,8 @@
 
 /* Standard deviation of the place of an object of which a part is hidden. */
 #define HIDDEN_M 5.0
+/* Likewise along the range, at most: what is cut beside shows its near edge. */
+#define DEEPER_M 2.5
 /* Likewise along the range: of what the first or last range cuts off a middle is seen. */
 #define BEHIND_M 1.5
 
@@ -50,7 +52,7 @@ static inline bool is_cut_in_range(const Region *region)
    its nearest point or one not much farther; of what is cut in range the middle is seen. */
 static inline void widen(Echo *echo, bool beside, bool in_range)
 {
-    echo->sigma_range_m = distance_of(echo->sigma_range_m, in_range ? BEHIND_M : echo->radius_m);
+    echo->sigma_range_m = distance_of(echo->sigma_range_m, in_range ? BEHIND_M : smaller(echo->radius_m, DEEPER_M));
     if (beside)
         echo->sigma_bearing_rad = distance_of(echo->sigma_bearing_rad, HIDDEN_M / larger(HIDDEN_M, echo->range_m));
     echo->sigma_radius_m = distance_of(echo->sigma_radius_m, HIDDEN_M);

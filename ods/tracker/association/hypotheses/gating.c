@@ -7,6 +7,11 @@
 /* A radius that does not agree never counts for more than a 3-sigma difference: echoes merge, split and change. */
 #define LEAST_RADIUS_RATIO (-4.5)
 #define TWO_PI (2.0 * PI)
+/* Of an echo that is cut off it is as likely as not that it shows the same part of its object as before: this share of
+   its variance is then the error of the object's place, and does not count twice. */
+#define KEPT 0.9
+/* Least determinant over the product of the variances. */
+#define CORRELATED 1e-3
 /* Allows for rounding. */
 #define ROUNDED (1.0 + 1e-9)
 
@@ -38,18 +43,25 @@ typedef struct {
 } Distance;
 
 /* Returns the distance of echo j from a hypothesis, k, of an object; `most`: largest variance, m^2, that the echo's
-   place can have. */
+   place can have; `kept`: share of its variance that is the same error as the object's own. */
 static Distance distance_of(const PredictedMeasurement *predicted, int64_t k, const EchoRows *echoes, int64_t j,
-                            double most)
+                            double most, double kept)
 {
-    const double horizontal = predicted->horizontal[k], s_mixed = predicted->mixed[k];
+    const double horizontal = predicted->horizontal[k], s_mixed = (1.0 - kept) * predicted->mixed[k];
     const double along = echoes->range_m[j] - predicted->range_m[k];
     const double across = wrapped(echoes->bearing[j] - predicted->bearing[k]) * horizontal;
-    const double s_along = predicted->along[k] + smaller(most, square(echoes->sigma_range[j]));
-    const double s_across = predicted->across[k] + smaller(most, square(horizontal * echoes->sigma_bearing[j]));
-    const double determinant = s_along * s_across - square(s_mixed);
+    const double own_along = smaller(most, square(echoes->sigma_range[j]));
+    const double own_across = smaller(most, square(horizontal * echoes->sigma_bearing[j]));
+    const double s_along = predicted->along[k] + own_along - 2.0 * kept * smaller(own_along, predicted->along[k]);
+    const double s_across = predicted->across[k] + own_across - 2.0 * kept * smaller(own_across, predicted->across[k]);
+    const double determinant = larger(s_along * s_across - square(s_mixed), CORRELATED * s_along * s_across);
     const double sum = s_across * square(along) - 2.0 * s_mixed * along * across + s_along * square(across);
     return (Distance){sum / determinant, determinant};
+}
+
+static double likelihood_of(Distance distance)
+{
+    return exp(-0.5 * distance.square) / sqrt(distance.determinant);
 }
 
 /* Puts the echoes in order and finds their largest sigmas. */
@@ -147,14 +159,20 @@ static double ratio_of(const Objects *objects, int64_t i, const Echoes *echoes, 
     const double most = farthest_off(echoes->rows.cut[j], radius, radius_variance);
     double nearest = INFINITY, density = 0.0;
     for (int64_t h = 0; h < objects->hypotheses; h++) {
-        distances[h] = distance_of(&objects->predicted, h * objects->n + i, &echoes->rows, j, most);
+        distances[h] = distance_of(&objects->predicted, h * objects->n + i, &echoes->rows, j, most, 0.0);
         nearest = smaller(distances[h].square, nearest);
     }
     if (!(nearest <= square(gate.sigmas)))
         return NAN;
     for (int64_t h = 0; h < objects->hypotheses; h++)
-        density += objects->weight[h * objects->n + i] * exp(-0.5 * distances[h].square) /
-                   sqrt(distances[h].determinant);
+        density += objects->weight[h * objects->n + i] * likelihood_of(distances[h]);
+    if (echoes->rows.cut[j] != 0.0) {
+        double again = 0.0;
+        for (int64_t h = 0; h < objects->hypotheses; h++)
+            again += objects->weight[h * objects->n + i] *
+                     likelihood_of(distance_of(&objects->predicted, h * objects->n + i, &echoes->rows, j, most, KEPT));
+        density = 0.5 * (density + again);
+    }
     const double chance = density / TWO_PI * gate.detection_probability / echoes->per_m2[j];
     const double difference = echoes->rows.radius[j] - radius;
     const double variance = radius_variance + square(echoes->rows.sigma_radius[j]);
