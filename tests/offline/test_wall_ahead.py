@@ -21,7 +21,7 @@ AWAY_M, SECONDS, CONFIRMED_S = 9.0, 8.0, 3.0
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("bed", ["gentle", "slope"])
 def test_a_wall_ahead_is_in_each_list_that_is_valid(bed: str, seed: int) -> None:
-    """Seed 0: deviations of metres counted anew in each image, the echoes were taken for clutter, and none was listed."""
+    """Seed 0: deviations of metres that counted anew in each image made the echoes clutter, and none was listed."""
     file = scene_with_seed(shipped_file(f"scenes/sea/{bed}.toml"), seed).file
     wall = Plane(
         name="wall", position_ned=(AWAY_M, 0.0, 20.0), normal_ned=(-1.0, 0.0, 0.0), width_m=70.0, height_m=12.0,
