@@ -51,7 +51,7 @@ class Summary:
 
     topics: dict[str, TopicSummary] = field(default_factory=dict)
     started: dict[tuple[str, int], int] = field(default_factory=dict)
-    """When each process, by name and id, was received of first."""
+    """When each process, by name and id, was received from first."""
     faults: dict[tuple[str, str], Fault] = field(default_factory=dict)
     """By process and text, numbers in it left out."""
     first_ns: int = 0

@@ -86,7 +86,7 @@ class PoseStream:
 
 
 class HealthStream:
-    """Health reports up to an instant. When a process received of one is not recorded, only when the recorder did."""
+    """Health reports up to an instant. When a process received one is not recorded, only when the recorder did."""
 
     def __init__(self, recording: Recording) -> None:
         self._reports = Stream(messages_of(recording, "health", Health))

@@ -219,7 +219,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
             self.service.publish("obstacles", message)
             self._leave(now_ns)
         else:
-            self._leave(now_ns)  # or an object might be received of that a next tracker does not know
+            self._leave(now_ns)  # or an object might be listed that a next tracker does not know
             self.service.publish("obstacles", message)
         self._listed = listed
         self.service.publish("clearance", self._clearance.after(message, scan))

@@ -60,8 +60,8 @@ class LinesProtocol(SonarProtocol):
             self._name = f"{datagram[5:].decode(errors='replace')} at {sender}"
 
     def problems(self, now_ns: int) -> list[str]:
-        unreceived = [] if self._name else ["the sonar has not announced itself"]
-        return unreceived + self.orders.problems()
+        silent = [] if self._name else ["the sonar has not announced itself"]
+        return silent + self.orders.problems()
 
     def traffic(self, seconds: float) -> str:
         pings = self.counters["pings"]

@@ -23,7 +23,7 @@ HEARTBEAT_S = 0.2
 
 
 def steered_of(settings: ObeyingVehicle, path: VehiclePath) -> Steered:
-    """Return the vehicle at its scene's start, before it has received of any set point."""
+    """Return the vehicle at its scene's start, before it has received any set point."""
     north, east, _ = path.velocity_ned
     start = at_start(np.radians(path.heading_deg).item(), float(np.hypot(north, east)), path.position_ned or (0, 0, 0))
     return Steered(settings.can_do, start, settings.current_m_s, KEPT)

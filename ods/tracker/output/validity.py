@@ -26,7 +26,7 @@ AWAY_S = 3.0
 
 
 class InputMonitor:
-    """When what was received of last. All times are CLOCK_MONOTONIC ns."""
+    """When each was received last. All times are CLOCK_MONOTONIC ns."""
 
     def __init__(
         self,

@@ -69,7 +69,7 @@ def named(identity: int | None, region: VetoRegion) -> str:
 
 
 def bridges(health: Mapping[str, Health], age_s: Callable[[str], float | None]) -> list[Bridge]:
-    """Return the bridges that were received of; age_s: of a process's newest word."""
+    """Return the bridges that have reported; age_s: of a process's newest word."""
     found = []
     for name, process in PROCESSES.items():
         report = health.get(name)

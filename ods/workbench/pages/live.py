@@ -32,7 +32,7 @@ NONE = """No vehicle's bus is looked at. Start the workbench with --live RUN_DIR
 SHOWN_LINES = 100
 HEIGHT = "max(300px, calc(100vh - 520px))"
 DETECTS_S = 1.0
-"""A pipeline that was received of so lately has the ping's detections soon: the image waits for them."""
+"""A pipeline that reported so lately has the ping's detections soon: the image waits for them."""
 
 _lives: "WeakKeyDictionary[Session, Live]" = WeakKeyDictionary()
 

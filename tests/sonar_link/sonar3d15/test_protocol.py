@@ -48,9 +48,9 @@ def test_what_is_none_is_counted_and_the_next_datagram_is_read() -> None:
     flipped = bytearray(good)
     flipped[40] ^= 1
     picture = wire.sealed(wire.literals(wire.message("BitmapImageGreyscale8", b"")))
-    unreceived = wire.sealed(wire.literals(wire.message("FutureMessage", b"\x08\x01")))
+    unknown = wire.sealed(wire.literals(wire.message("FutureMessage", b"\x08\x01")))
     bad = [b"", b"RIP2", b"RIP3" + bytes(20), good[:-1], good + b"x", bytes(flipped), b"RIP2" + bytes(20)]
-    others = [picture, unreceived, wire.sealed(b"\x05\x10ab"), wire.packet(wire.pixels(), seq=6, size=(3, 3))]
+    others = [picture, unknown, wire.sealed(b"\x05\x10ab"), wire.packet(wire.pixels(), seq=6, size=(3, 3))]
     for datagram in [*bad, *others, b"RIP2\xff\xff\xff\x7f"]:
         assert protocol.feed(datagram, NS) == []
     assert len(protocol.feed(good, 2 * NS)) == 1

@@ -95,7 +95,7 @@ def test_what_cannot_be_opened_is_one_line(
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("sonar", ["../sonars/seabat6012", "/etc/sonar.toml", "unreceived"])
+@pytest.mark.parametrize("sonar", ["../sonars/seabat6012", "/etc/sonar.toml", "unheard-of"])
 def test_sonars_are_named_or_lie_in_the_folders(tmp_path: Path, sonar: str) -> None:
     with pytest.raises(OdsError):
         open_data(DataReference(kind="scene", sonar=sonar), load(SCENE, SceneFile), [tmp_path])

@@ -173,7 +173,7 @@ def test_nothing_is_published_or_requested(tmp_path: Path, vehicle: Vehicle, liv
 @pytest.mark.parametrize(
     ("health", "age_s", "state"),
     [
-        (None, None, ("not received of", True)),
+        (None, None, ("not heard of", True)),
         (HEALTH, 0.4, ("ready", False)),
         (HEALTH, 3.4, ("silent for 3 s", True)),
         (replace(HEALTH, problems=["disk full", "no line"]), 0.1, ("disk full; no line", True)),

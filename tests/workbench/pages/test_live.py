@@ -52,7 +52,7 @@ async def test_verdict_processes_and_silence_are_said(tmp_path: Path, vehicle: V
         assert tracker["state"] == "✓ ready"
         assert tracker["counters"] == "echoes_bad 2"
         sonar = next(row for row in processes.rows if row["process"] == "sonar")
-        assert sonar["state"] == "✗ not received of"
+        assert sonar["state"] == "✗ not heard of"
         await until(lambda: "NOT VALID: no obstacle list for" in banner(user))
     listening = live.live_of(session)
     assert listening is not None
