@@ -24,7 +24,7 @@ def chart_figure(points: Sequence[Point]) -> Figure:
         for kind in kinds:
             _draw([each for each in own if each.varies == kind], axes, SERIES[kinds.index(kind) % len(SERIES)])
         of = [f"{point.collision.of} missions by {point.fidelity}" for point in own]
-        dress(axes, f"vehicle at {speed:g} m/s, a point {' or '.join(dict.fromkeys(of))}",
+        dress(axes, "\n".join([f"vehicle at {speed:g} m/s", *dict.fromkeys(of)]),
               "CPU time a ping, pipeline and tracker, ms", "collisions per 100 missions")  # fmt: skip
     for axes in panels[1:]:
         axes.set_ylabel("")
