@@ -1,4 +1,4 @@
-"""One browser's work: its history, and who wants to receive of each change."""
+"""One browser's work: its history, and who is informed of each change."""
 
 import itertools
 import threading

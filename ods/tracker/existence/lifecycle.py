@@ -1,6 +1,6 @@
 """The states of an object [SSIE figure 5] and what leads from one to the next.
 
-TENTATIVE -> ACTIVE                 proved by echoes (before that the planner does not receive of it)
+TENTATIVE -> ACTIVE                 proved by echoes (before that no list has it)
 TENTATIVE -> TERMINATED             not proved
 ACTIVE    -> STAND_BY               out of view, or silent, or unseen until its place is not known: time updates only
 STAND_BY  -> ACTIVE                 seen again

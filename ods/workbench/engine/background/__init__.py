@@ -1,1 +1,1 @@
-"""Work beside the page: in a process of its own, the newest request only, and who receives of it."""
+"""Work beside the page: in a process of its own, the newest request only, and who is informed of it."""
