@@ -117,7 +117,7 @@ class PoseSource(ABC, Generic[ItemT]):
         """Send what is due; called often while the line is open."""
 
     def waits_for_start(self, now_ns: int) -> bool:
-        """Return whether the source is there, as far as one can receive, but will send nothing until it is started."""
+        """Return whether the source is there, as far as its messages show, but sends nothing until it is started."""
         return False
 
     def idle_ns(self, now_ns: int) -> int | None:
