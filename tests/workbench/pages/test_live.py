@@ -77,7 +77,8 @@ async def test_a_bus_that_vanishes_is_said_and_received_again_when_it_is_back(tm
     listening = live.live_of(session)
     assert listening is not None
     listening.close()
-    reported = [line.text.partition(":")[0] for line in listening.log if line.text.startswith("the list is")]
+    said = (line.text.partition(":")[0] for line in listening.log if line.text.startswith("the list is"))
+    reported = [each for each, _ in groupby(said)]  # while it is not valid, the reason may change
     assert reported[-4:] == ["the list is valid", "the list is NOT VALID"] * 2
 
 
