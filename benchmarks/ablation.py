@@ -128,7 +128,7 @@ _ODDS = partial(patch.object, judgement, "EXISTENCE", EXISTENCE._replace(odds_fa
 MECHANISMS = {
     "crowding": Mechanism((_model(crowd_a_second=1e9),)),
     "lighter prior in crowds": Mechanism((_model(clutter_scans=8.0),)),
-    "onset": Mechanism((_model(most_onset=0.0), _ODDS)),
+    "onset": Mechanism((_model(onset_for=0.0, onset_enough=1e9), _ODDS)),
     "odds of onsets": Mechanism((_ODDS,)),
     "leading edge": Mechanism((_model(edge_for=0.0, edge_against=0.0),)),
     "motion": Mechanism((_model(motion_for=0.0),)),
