@@ -41,7 +41,8 @@ def _stages(title: str, names: Sequence[str], text: str = "") -> str:
         own = key_table(params, leave_out=known if issubclass(params, GroupParams) else ())
         about = (inspect.getdoc(params) or "").removeprefix(f"{name}: ")
         text += f"\n## {name}\n\n{about[:1].upper()}{about[1:]}\n\n{own}"
-    return f"# {title}\n\n{GENERATED} [How to read it](README.md), [what they are for](../pipeline/stages.md).\n{text}"
+    links = "[How to read it](README.md), [what they are for](../pipeline/README.md#other-stages)"
+    return f"# {title}\n\n{GENERATED} {links}.\n{text}"
 
 
 def _file(title: str, sections: Sequence[tuple[str, str]]) -> str:
