@@ -41,7 +41,7 @@ class ListSettings(Settings, frozen=True, kw_only=True):
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 10.0
     """Most lists a second."""
     most_obstacles: Annotated[int, msgspec.Meta(ge=1, le=100)] = 50
-    """Most obstacles of a list; the nearest are sent."""
+    """Most obstacles of a list: the nearest."""
 
 
 class UdpSettings(ListSettings, frozen=True, kw_only=True):
@@ -58,12 +58,12 @@ class JsonSettings(UdpSettings, frozen=True):
     """JSON: one datagram a list."""
 
     most_bytes: Annotated[int, msgspec.Meta(ge=1000, le=65_000)] = 16_000
-    """Longest datagram; the farthest obstacles beyond it are left out. Ethernet fragments more than 1472 bytes, and one
-    lost fragment loses all."""
+    """Longest datagram; the farthest obstacles beyond it are left out. Ethernet fragments more than 1472 bytes, and
+    one lost fragment loses all."""
 
 
 class TtmSettings(UdpSettings, frozen=True):
-    """NMEA 0183 TTM: a sentence and a datagram an obstacle."""
+    """NMEA 0183 TTM: a datagram an obstacle."""
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 2.0
     """Most lists a second."""
@@ -77,7 +77,7 @@ class MoosSettings(UdpSettings, frozen=True):
     duration_s: Annotated[float, msgspec.Meta(ge=0.5, le=60.0)] = 2.0
     """pObstacleMgr drops an obstacle without an update for this time."""
     sigmas: Annotated[float, msgspec.Meta(ge=0.0, le=5.0)] = 2.0
-    """Polygons are larger by this number of standard deviations."""
+    """Polygons are enlarged by so many standard deviations."""
 
 
 Ros2Topic = Literal["obstacles", "markers", "tracks", "clearance", "odometry", "diagnostics", "tf", "image"]
@@ -94,9 +94,9 @@ class Ros2Settings(ListSettings, frozen=True):
     peers: Annotated[tuple[str, ...], msgspec.Meta(max_length=16)] = ()
     """IP addresses of the computers with the nodes; "lo" needs none."""
     multicast: bool = False
-    """Nodes of the whole network may find this bridge and receive from it."""
+    """Any node of the network may find this bridge and receive from it."""
     namespace: Annotated[str, msgspec.Meta(pattern="^(/[A-Za-z][A-Za-z0-9_]*)+$", max_length=100)] = "/ods"
-    """In front of the topics' names, but for /diagnostics and /tf."""
+    """Of the topics, except /diagnostics and /tf."""
     map_frame: FrameName = "map"
     """ENU, with its origin at the site."""
     vehicle_frame: FrameName = "base_link"
@@ -106,9 +106,9 @@ class Ros2Settings(ListSettings, frozen=True):
     )  # fmt: skip
     """Topics (docs/bridges/ros2.md); `tf` only where no other node publishes the vehicle's position."""
     image_hz: Annotated[float, msgspec.Meta(gt=0.0, le=20.0)] = 2.0
-    """Images sent a second, at most."""
+    """Most images a second."""
     image_bytes: Annotated[int, msgspec.Meta(ge=1000, le=4_000_000)] = 50_000
-    """Largest image; of a larger one neighbouring ranges are joined, by their highest sample."""
+    """Largest image; a larger one gets fewer range samples, each the highest of several."""
 
     def __post_init__(self) -> None:
         for peer in self.peers:
@@ -139,15 +139,15 @@ class MavlinkSettings(UdpSettings, frozen=True):
     near_m: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 3.0
     """Unobserved water up to here counts as clear if what follows is: no sonar sees what is next to it."""
     most_m: Annotated[float, msgspec.Meta(ge=1.0, le=600.0)] = 30.0
-    """What is farther away is not sent."""
+    """Nothing farther is sent."""
     system_id: Annotated[int, msgspec.Meta(ge=1, le=255)] = 1
-    """Of the vehicle, SYSID_THISMAV of its autopilot."""
+    """Of the vehicle, its autopilot's SYSID_THISMAV."""
     component_id: Annotated[int, msgspec.Meta(ge=1, le=255)] = 196
     """Of this sender; 196 is MAV_COMP_ID_OBSTACLE_AVOIDANCE."""
 
 
 class BridgeSettings(Settings, frozen=True):
-    """The bridges: each runs where its table is given."""
+    """Each bridge runs where its table is given."""
 
     json: JsonSettings | None = None
     ttm: TtmSettings | None = None

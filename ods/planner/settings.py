@@ -16,20 +16,19 @@ Down = Annotated[float, msgspec.Meta(ge=-1e5, le=1e5)]
 
 
 class SteeringSettings(Settings, frozen=True):
-    """What the vehicle can do, what distance it shall keep, and what it does without a list to rely on."""
+    """What the vehicle can do, the distance to keep, and what to do without a valid list."""
 
     cruise_m_s: Positive = 2.0
     """Speed through the water with nothing in the way."""
     slow_m_s: Positive = 1.0
-    """Least speed at which the vehicle still steers."""
+    """Least speed at which the vehicle steers."""
     turn_rate_deg_s: Positive = 10.0
-    """Degrees a second."""
     acceleration_m_s2: Positive = 0.2
     """Along the course."""
     vehicle_radius_m: NonNegative = 0.5
     """Of the circle around the vehicle."""
     keep_m: NonNegative = 3.0
-    """Distance to keep between the vehicle's circle and an obstacle's edge."""
+    """Distance between the vehicle's circle and an obstacle's edge."""
     risk: Annotated[float, msgspec.Meta(gt=0.0, lt=0.5)] = 0.01
     """Highest probability that this distance is not kept."""
     certain_s: NonNegativeSeconds = 3.0
@@ -39,20 +38,19 @@ class SteeringSettings(Settings, frozen=True):
     horizon_s: Annotated[float, msgspec.Meta(gt=1.0, le=300.0)] = 30.0
     """Time ahead for which paths are judged."""
     headings: Annotated[int, msgspec.Meta(ge=8, le=360)] = 60
-    """Headings that are tried, all around."""
+    """Headings tried, all around."""
     look_m: Positive = 20.0
     """With less water ahead known to be empty the vehicle goes slowly."""
     reached_m: Positive = 10.0
-    """A way-point is reached at this distance; not less than the turning circle."""
+    """A way-point counts as reached at this distance; not less than the turning circle."""
     stale_s: Seconds = 1.0
     """An older list counts as not valid."""
     not_valid: Literal["slow", "climb", "turn"] = "climb"
     """While the list is not valid: slow, clear of what was last listed; after `not_valid_after_s` also climb to
     `climb_to_m`, or turn back."""
     not_valid_after_s: NonNegativeSeconds = 3.0
-    """s."""
     climb_to_m: Down = 5.0
-    """Down coordinate that it climbs to."""
+    """Down coordinate."""
 
     def __post_init__(self) -> None:
         if self.slow_m_s > self.cruise_m_s:
@@ -67,7 +65,7 @@ class SteeringSettings(Settings, frozen=True):
 
 
 class PlannerCanSettings(Settings, frozen=True):
-    """The CAN bus of the simulated vehicle."""
+    """CAN bus of the simulated vehicle."""
 
     eds: Path
     """EDS file of the vehicle (RPDO 1)."""

@@ -10,16 +10,16 @@ from ods.tracker.settings import TrackerSettings
 
 
 class RecordSettings(Settings, frozen=True):
-    """The recorder: writes everything on the bus to files."""
+    """Records everything on the bus."""
 
     on: bool = False
     """`ods run`, or systemd, runs the recorder."""
     folder: Path | None = None
-    """Folder in which each mission gets a folder of its own."""
+    """Each mission gets a folder inside."""
     segment_min: Annotated[float, msgspec.Meta(ge=0.1, le=60.0)] = 10.0
-    """Length of a file; their index is kept in memory."""
+    """Length of a file; its index is kept in memory."""
     when_full: Literal["wait", "delete_oldest", "stop"] = "wait"
-    """When the disk is full; the oldest complete file in `folder` is deleted."""
+    """When the disk is full; `delete_oldest`: the oldest complete file in `folder`."""
     keep_free_mb: NonNegative = 100.0
     """The disk counts as full when less is free: the map needs some."""
     queue_mb: Annotated[float, msgspec.Meta(ge=1.0, le=1000.0)] = 32.0

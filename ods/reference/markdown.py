@@ -1,5 +1,6 @@
 """Parts of a page in Markdown."""
 
+import re
 from collections.abc import Iterable
 
 
@@ -17,4 +18,4 @@ def table(columns: Iterable[str], rows: Iterable[str]) -> str:
 
 def row(*cells: str) -> str:
     """Return one row; empty cells at its end are left out."""
-    return " |".join(cells).rstrip(" |") + "\n"
+    return re.sub(r"\| (?=\|)", "|", " |".join(cells)).rstrip(" |") + "\n"

@@ -12,12 +12,12 @@ FOREVER_S = 1e9
 
 
 class Tvg(Settings, frozen=True, kw_only=True):
-    """What the water takes, and the time-varying gain that should give it back."""
+    """Losses in the water, and the time-varying gain that should compensate for them."""
 
     spreading_db: NonNegative = 40.0
-    """Spreading loss, dB a decade of range, there and back."""
+    """Spreading loss, dB a decade of range, two-way."""
     absorption_db_per_m: NonNegative = 0.12
-    """Absorption, one way (0.12: sea water, 455 kHz)."""
+    """One way (0.12: sea water, 455 kHz)."""
     set_spreading_db: NonNegative | None = None
     """Spreading loss that the sonar compensates; left out: all."""
     set_absorption_db_per_m: NonNegative | None = None
@@ -30,9 +30,7 @@ class Belt(Settings, frozen=True, kw_only=True):
     """A belt of ranges where the gain is wrong."""
 
     from_m: NonNegative
-    """Near edge."""
     to_m: Positive
-    """Far edge."""
     gain_db: float
     """Below 0: a dark belt."""
     edge_m: NonNegative = 1.0
@@ -71,20 +69,20 @@ class DropIn(_Arc, frozen=True, kw_only=True):
 
 
 class Interference(Settings, frozen=True, kw_only=True):
-    """Another sonar: each of its pulses leaves an arc, one without end a spoke."""
+    """Another sonar: each pulse leaves an arc, an endless one a spoke."""
 
     position_ned: tuple[float, float, float]
-    """Where it is: north, east, down, m."""
+    """m."""
     level_counts: Positive
     """Root mean square amplitude in a beam that looks at it."""
     period_s: NonNegative = 0.0
-    """From pulse to pulse; 0: it sounds without end."""
+    """From pulse to pulse; 0: endless."""
     pulse_s: Positive = 0.0005
-    """Length of its pulse."""
+    """Pulse length."""
     start_s: float = 0.0
-    """Scene time of one of its pulses' arrivals."""
+    """Scene time at which one of its pulses arrives."""
     from_s: NonNegative = 0.0
-    """Scene time from which on it sounds, s,"""
+    """Scene time from which on it sounds,"""
     to_s: Positive = FOREVER_S
     """and until which."""
 
@@ -99,38 +97,38 @@ class LoudSpell(Settings, frozen=True, kw_only=True):
     beams: NonNegativeInt = 0
     """How many have it; 0: all from the first one on."""
     from_s: NonNegative = 0.0
-    """Scene time from which on it is received, s,"""
+    """Scene time from which on it is received,"""
     to_s: Positive = FOREVER_S
     """and until which."""
 
 
 class SecondWay(Settings, frozen=True, kw_only=True):
-    """A longer way, over the surface say, by which each echo arrives a second time."""
+    """A longer path, over the surface say, by which each echo arrives a second time."""
 
     longer_m: Positive
-    """What it adds to the slant range."""
+    """Added slant range."""
     gain_db: Annotated[float, msgspec.Meta(le=0.0)]
-    """Level beside that of the direct way."""
+    """Level relative to the direct path."""
 
 
 class ImageLevels(Settings, frozen=True, kw_only=True):
-    """From reflected intensity to the samples that are sent."""
+    """From reflected intensity to samples."""
 
     gain: Positive = 20000.0
     """Counts of amplitude for 1 m2 of fully reflecting, fully lit area in one sample."""
     noise_counts: NonNegative = 30.0
     """Root mean square amplitude of the receiver's noise."""
     looks: Annotated[float, msgspec.Meta(ge=0.5, le=1000.0)] = 1.0
-    """Looks of the speckle: intensity is Gamma distributed with this shape."""
+    """Of the speckle: intensity is Gamma distributed with this shape."""
     texture: Annotated[float, msgspec.Meta(ge=0.1, le=1000.0)] | None = None
-    """Shape of a Gamma distributed texture beneath the speckle (K distribution): the smaller, the more spiky; left out:
-    none."""
+    """Shape of a Gamma distributed texture beneath the speckle (K distribution): the smaller, the more spiky; left
+    out: none."""
     speckle: bool = True
-    """False: the mean image, neither speckle nor noise drawn."""
+    """False: the mean image, without speckle and noise."""
     range_correlation: Correlation = 0.0
-    """Correlation of the speckle's amplitude from one range sample to the next."""
+    """Of the speckle's amplitude from one range sample to the next."""
     beam_correlation: Correlation | None = None
-    """The same from beam to beam; none: what the overlap of the sonar's beams makes it."""
+    """The same from beam to beam; none: by the overlap of the beams."""
     coherence_s: NonNegative = 0.0
     """Time after which speckle is new; 0: never."""
     max_error: Annotated[float, msgspec.Meta(gt=0.0, le=0.5)] = 0.03
@@ -140,7 +138,7 @@ class ImageLevels(Settings, frozen=True, kw_only=True):
     belts: list[Belt] = msgspec.field(default_factory=list)
     """Errors of the gain over range."""
     beam_gain_db: list[float] = msgspec.field(default_factory=list)
-    """Error of each beam's gain, one value a beam; empty: none, or random ones."""
+    """Error of each beam's gain; empty: none, or random ones."""
     beam_gain_rms_db: NonNegative = 0.0
     """Standard deviation of random errors of the beams' gains."""
     dropouts: list[Dropout] = msgspec.field(default_factory=list)

@@ -21,14 +21,14 @@ class Waypoint(Settings, frozen=True, kw_only=True):
     t_s: float
     """Scene time."""
     position_ned: Triple
-    """North, east, down, m."""
+    """m."""
 
 
 class Path(Settings, frozen=True, kw_only=True):
     """A path in time: constant velocity from `position_ned`, or a smooth curve through `waypoints`."""
 
     position_ned: Triple | None = None
-    """Place at scene time 0: north, east, down, m."""
+    """Place at scene time 0, m."""
     velocity_ned: Triple = (0.0, 0.0, 0.0)
     """Constant velocity from there, m/s."""
     waypoints: list[Waypoint] = msgspec.field(default_factory=list)
@@ -57,10 +57,10 @@ class Oscillation(Settings, frozen=True, kw_only=True):
 
 
 class VehiclePath(Path, frozen=True, kw_only=True):
-    """The vehicle's path and attitude, and where its sonar is."""
+    """The vehicle's path and attitude, and its sonar."""
 
     heading_deg: float = 0.0
-    """Mean heading, degrees from north to east."""
+    """Mean heading, from north to east."""
     follow_path: bool = False
     """Head along the horizontal velocity instead, wherever there is one."""
     roll: Oscillation = Oscillation()
@@ -87,18 +87,18 @@ class Sphere(_Object, frozen=True, kw_only=True, tag="sphere"):
     """A sphere."""
 
     radius_m: Positive
-    """m."""
+    """Radius."""
 
 
 class Cylinder(_Object, frozen=True, kw_only=True, tag="cylinder"):
     """A cylinder with flat end caps."""
 
     radius_m: Positive
-    """m."""
+    """Radius."""
     length_m: Positive
     """Along the axis."""
     axis_ned: Triple = (0.0, 0.0, 1.0)
-    """Direction of the axis, any length but zero."""
+    """Direction, any length but zero."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -106,10 +106,10 @@ class Cylinder(_Object, frozen=True, kw_only=True, tag="cylinder"):
 
 
 class Plane(_Object, frozen=True, kw_only=True, tag="plane"):
-    """A flat rectangle, seen from both sides; without width_m and height_m it has no bounds (a wall)."""
+    """A flat rectangle, seen from both sides; without width_m and height_m it is unbounded (a wall)."""
 
     normal_ned: Triple
-    """Direction of the normal, any length but zero."""
+    """Direction, any length but zero."""
     width_m: Positive | None = None
     """Horizontal side (the northern one where the normal is vertical)."""
     height_m: Positive | None = None
@@ -131,9 +131,9 @@ class SceneFile(Settings, frozen=True, kw_only=True):
     """A scene: config/scenes/NAME.toml."""
 
     seed: NonNegativeInt
-    """Seed of everything random; the same seed gives the same bytes."""
+    """Of everything random; the same seed gives the same bytes."""
     duration_s: Positive = 60.0
-    """Length of the mission; the scene is checked over it."""
+    """Length of the mission."""
     shadows: bool = True
     """Nearer objects hide what lies behind them."""
     vehicle: VehiclePath

@@ -10,14 +10,14 @@ from ods.sim_sonar.echo.surface.settings import Surface
 
 
 class Roughness(Settings, frozen=True, kw_only=True):
-    """Gaussian heights above the sea-bed's plane, with the correlation exp(-r^2 / correlation_m^2)."""
+    """Gaussian heights with the correlation exp(-r^2 / correlation_m^2)."""
 
     rms_height_m: NonNegative
     """Root mean square height."""
     correlation_m: Positive
     """Correlation length; the rms slope is 1.41 rms_height_m / correlation_m in each direction."""
     seed: NonNegativeInt | None = None
-    """Seed of the heights; the scene's own by default."""
+    """Of the heights; the scene's own by default."""
     facets: Annotated[int, msgspec.Meta(ge=8, le=2000)] = 512
     """Facets along each side of the square after which the heights repeat."""
     facet_m: Positive | None = None
@@ -25,7 +25,7 @@ class Roughness(Settings, frozen=True, kw_only=True):
 
 
 class SeaBed(Settings, frozen=True, kw_only=True):
-    """A sea-bed: a plane, level or not, with or without heights above it."""
+    """A plane, level or not, with or without heights above it."""
 
     depth_m: float
     """Down coordinate of the plane at north 0, east 0."""

@@ -13,16 +13,16 @@ Level = Annotated[float, msgspec.Meta(le=0.0)]
 
 
 class VerticalPattern(Settings, frozen=True, kw_only=True):
-    """S^2 of eq. 5 in dB, emission and reception together, symmetric about the axis; figure 8's shape by default."""
+    """S^2 of eq. 5 in dB, two-way, symmetric about the axis; figure 8's shape by default."""
 
     angle_deg: list[float] = msgspec.field(
         default_factory=lambda: [0, 3, 6, 8, 10, 11, 12, 13, 14, 15.5, 17, 20, 24, 34, 42, 52, 65, 90]
     )
-    """Angles off the axis, degrees, strictly increasing from 0."""
+    """Off the axis, strictly increasing from 0."""
     level_db: list[Level] = msgspec.field(
         default_factory=lambda: [0, -0.5, -2, -3.7, -6, -10, -16, -24, -33, -35, -29, -26, -25, -26, -29, -33, -40, -55]
     )
-    """Two-way level at those angles, dB, 0 at the first; held beyond the last."""
+    """Two-way level at those angles, 0 at the first; held beyond the last."""
     aperture_wavelengths: Annotated[float, msgspec.Meta(gt=0.0, le=200.0)] | None = None
     """Instead of the table: height, in wavelengths, of an evenly lit aperture that both sends and receives."""
 
@@ -41,7 +41,7 @@ class SonarFile(Settings, frozen=True, kw_only=True):
     name: str
     """Maker and model."""
     frequency_hz: Positive
-    """Carrier frequency."""
+    """Carrier."""
     sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0), unit("m/s")] = 1500.0
     """m/s."""
     beams_per_plane: Annotated[int, msgspec.Meta(ge=1, le=4096)] = 1
@@ -49,11 +49,11 @@ class SonarFile(Settings, frozen=True, kw_only=True):
     beam_spacing_deg: Positive = 1.0
     """Not read with bearing_deg."""
     bearing_deg: list[Annotated[float, msgspec.Meta(gt=-180.0, lt=180.0)]] = msgspec.field(default_factory=list)
-    """Bearings of one plane's beams, strictly increasing."""
+    """Of one plane's beams, strictly increasing."""
     plane_elevation_deg: Annotated[list[Degrees90], msgspec.Meta(min_length=1, max_length=64)] = msgspec.field(
         default_factory=lambda: [0.0]
     )
-    """Elevation of each plane's axis, degrees, up positive."""
+    """Of each plane's axis, up positive."""
     beam_width_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0)]
     """Horizontal -3 dB width of a beam."""
     side_lobe_db: Annotated[float, msgspec.Meta(ge=-60.0, le=-13.3)] = -25.0

@@ -9,4 +9,4 @@ class RecordingsSettings(Settings, frozen=True):
     """Files of recorded sonar images."""
 
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules, with decoders of your own."""
+    """Python files, or modules, with decoders."""
