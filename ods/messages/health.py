@@ -6,7 +6,7 @@ from ods.messages.fields import Count
 
 
 class Health(msgspec.Struct, frozen=True):
-    """State of a process, published by each of them about twice a second."""
+    """State of a process."""
 
     process: str
     pid: int
@@ -17,7 +17,7 @@ class Health(msgspec.Struct, frozen=True):
     problems: list[str]
     """Plain words; empty when all is well."""
     counters: dict[str, int]
-    """Since start; every kind of loss has its own."""
+    """Since start: [counters](../counters/README.md)."""
     rates_hz: dict[str, float]
     """By topic, of the last period."""
     ages_s: dict[str, float]

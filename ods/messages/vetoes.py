@@ -8,16 +8,16 @@ from ods.messages.fields import LARGEST_REGION_M, LONGEST_VETO_S, MOST_CORNERS, 
 
 
 class VetoRegion(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
-    """A region that a veto names: a circle or a polygon, in the local frame. Only what lies whole inside is meant."""
+    """A circle or a polygon in the local frame; obstacles must lie whole inside."""
 
     centre_ne: tuple[Coordinate, Coordinate] | None = None
-    """North and east of a circle's centre; none: a polygon."""
+    """Of a circle; none: a polygon."""
     radius_m: Annotated[float, msgspec.Meta(ge=0.0, le=LARGEST_REGION_M)] = 0.0
     corners_ne: Annotated[list[tuple[Coordinate, Coordinate]], msgspec.Meta(max_length=MOST_CORNERS)] = []
-    """North and east of a polygon's corners in order, at least three; empty: a circle."""
+    """Of a polygon in order, at least three; empty: a circle."""
     down_m: tuple[Coordinate, Coordinate] | None = None
-    """From and to this down coordinate, where lists have depths: two standard deviations of an object's must fit. None:
-    any."""
+    """From and to this down coordinate, where lists have depths: two standard deviations of an object's must fit.
+    None: any."""
 
     def __post_init__(self) -> None:
         if (self.centre_ne is None) == (not self.corners_ne):
@@ -34,12 +34,12 @@ class VetoRegion(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, 
 
 
 class Veto(msgspec.Struct, frozen=True, kw_only=True):
-    """An operator's veto that holds: he says that obstacles are to be ignored."""
+    """An operator's veto that holds: planners may ignore these obstacles."""
 
     number: Count
     """Counted by the tracker, from 0."""
     author: str
-    """Name of the key by which it came."""
+    """Name of the operator's key."""
     reason: str
     until_ns: Instant
     """When it expires."""
@@ -91,14 +91,14 @@ class VetoAnswer(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class VetoOrder(msgspec.Struct, frozen=True, kw_only=True):
-    """A request as the tracker took it, published for the record: lists after it were made with it."""
+    """A request as the tracker took it, for the record: lists after it were made with it."""
 
     seq: Count
     t_ns: Instant
     """When it was carried out or refused."""
     utc_ns: Instant
     author: str
-    """Name of the key by which it came."""
+    """Name of the operator's key."""
     request: VetoRequest
     refused: str
-    """Why it was refused; empty: carried out."""
+    """Why; empty: carried out."""

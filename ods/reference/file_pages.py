@@ -41,9 +41,11 @@ def _stages(title: str, names: Sequence[str], text: str = "") -> str:
     known = [field.name for field in msgspec.structs.fields(GroupParams)]
     for name in names:
         params = find_stage(name).params
-        own = key_table(params, leave_out=known if issubclass(params, GroupParams) else ())
         about = (inspect.getdoc(params) or "").removeprefix(f"{name}: ")
-        text += f"\n## {name}\n\n{about[:1].upper()}{about[1:]}\n\n{own}"
+        own = key_table(
+            params, known if issubclass(params, GroupParams) else (), f"{about[:1].upper()}{about[1:]}"
+        )
+        text += f"\n## {name}\n\n{own}"
     return f"{head(title)}[What they are for](../pipeline/stages.md).\n{text}"
 
 

@@ -1,7 +1,7 @@
 """Parts of a page in Markdown."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 
 def head(title: str) -> str:
@@ -13,7 +13,12 @@ def table(columns: Iterable[str], rows: Iterable[str]) -> str:
     """Return a table of rows made by `row`; "" where there is none."""
     names = list(columns)
     text = "".join(rows)
-    return f"{row(*names)}{'|'.join(['---'] * len(names))}\n{text}" if text else ""
+    return f"{_header(names)}{'|'.join(['---'] * len(names))}\n{text}" if text else ""
+
+
+def _header(names: Sequence[str]) -> str:
+    """Return the header; where only the last column has a name, its bars begin the line."""
+    return f"{'|' * len(names)}{names[-1]}\n" if not any(names[:-1]) else row(*names)
 
 
 def row(*cells: str) -> str:

@@ -41,17 +41,21 @@ Requests go to sockets of their own, one part each way, from a ZeroMQ REQ socket
 """
 
 SHARED = {
-    "seq": "Messages of this topic published by this process before.",
-    "ping_number": "The sonar's own ping counter; -1: the list or clearance has no ping.",
-    "t_rx_ns": "When the ping's last byte was read.",
-    "made_ns": "When the message was made; 0: not reported.",
-    "sigma_...": "Standard deviation of the field of this name; of a vector, in its axes.",
-    "reason": "Why not, in plain words; empty when `ok`.",
+    "seq": ("int", "Messages of this topic published by this process before."),
+    "ping_number": ("int", "The sonar's own ping counter; -1: the list or clearance has no ping."),
+    "t_rx_ns": ("", "When the ping's last byte was read."),
+    "made_ns": ("", "When the message was made; 0: not reported."),
+    "utc_source": ("text", "`clock`, `ins`, `unsure`: UTC is this computer's, the INS's, or unreliable."),
+    "position_ned": ("float[3]", "m."),
+    "attitude": ("float[4]", "Quaternion w, x, y, z, body to global."),
+    "sound_speed": ("", "m/s."),
+    "sigma_...": ("", "Standard deviation of the field of this name; of a vector, in its axes."),
+    "reason": ("text", "Why not, in plain words; empty when `ok`."),
 }
-"""Meanings of fields that several messages have."""
+"""Types and meanings of fields that several messages have."""
 
-FIELDS = """A field is a float unless its type follows its name; the schema has the limits. Where the pages say no
-more:
+FIELDS = """A field is a float unless its type follows its name: `float[3]` are three, `text[]` a list, `?`: or none; the
+schema has the limits. Where the pages say no more:
 
 """
 COLUMNS = ("field", "meaning")
@@ -82,7 +86,7 @@ def message_pages() -> dict[str, str]:
     index = (
         f"{HEAD}{table(('topic', 'message', 'published by', 'rate', 'stale after'), topics)}{PACED}{REQUESTS_HEAD}"
         f"{table(('socket', 'answered by', 'request', 'answer'), requests)}\n{_conventions()}\n\n{FIELDS}"
-        f"{table(COLUMNS, (row(f'`{name}`', meaning) for name, meaning in SHARED.items()))}\n"
+        f"{table(COLUMNS, (row(f'`{name}` {kind}'.rstrip(), meaning) for name, (kind, meaning) in SHARED.items()))}\n"
         f"{table(('page', 'messages'), pages)}"
     )
     return {"messages/README.md": index} | {
@@ -125,14 +129,15 @@ def _section(kind: type[msgspec.Struct]) -> str:
     hints = get_type_hints(kind, include_extras=True)
     rows = list[tuple[list[str], str]]()
     for field in msgspec.structs.fields(kind):
-        said = _meaning(hints[field.name], meaning.get(field.name, ""))
+        said = _meaning(field.name, hints[field.name], meaning.get(field.name, ""))
         name = " ".join(filter(None, (f"`{field.name}`", _type(field.name, hints[field.name]))))
         if rows and not said and not rows[-1][1]:  # fields whose names say it all share a row
             rows[-1][0].append(name)
         else:
             rows.append(([name], said))
-    fields = table(COLUMNS, (row(", ".join(names), said) for names, said in rows))
-    return f"\n## {kind.__name__}\n\n{inspect.getdoc(kind)}\n\n{fields}"
+    about, _, details = (inspect.getdoc(kind) or "").partition("\n\n")
+    fields = table(("", " ".join(about.split())), (row(", ".join(names), said) for names, said in rows))
+    return f"\n## {kind.__name__}\n\n{fields}" + (f"\n{details}\n" if details else "")
 
 
 def _type(name: str, hint: object) -> str:
@@ -142,8 +147,9 @@ def _type(name: str, hint: object) -> str:
     return "" if known or found == "float" or (choices(hint) and found == "text") else found
 
 
-def _meaning(hint: object, meaning: str) -> str:
+def _meaning(name: str, hint: object, meaning: str) -> str:
     """Return what a field means, after the values that it may have and that the meaning does not name."""
     values = choices(hint)
-    missing = [value for value in values if str(value) not in meaning]
-    return f"{', '.join(f'`{value}`' for value in values)}. {meaning}".strip() if missing else meaning
+    if name in SHARED or all(str(value) in meaning for value in values):
+        return meaning
+    return f"{', '.join(f'`{value}`' for value in values)}. {meaning}".strip()

@@ -41,7 +41,6 @@ A key's ending is its unit: `_m`, `_s`, `_deg`. The value is that of a key left 
 the workbench's sliders: other values are accepted, and `ods doctor` notes them.
 
 """
-COLUMNS = ("key", "value", "meaning")
 
 
 class Table(NamedTuple):
@@ -125,17 +124,25 @@ def tables(kind: type[msgspec.Struct], path: str, seen: Seen) -> list[Table]:
             inner += tables(item, f"{path}.{field.name}".lstrip(".") + suffix, seen)
     known = {name: where for base, where in shared.items() for name in _unchanged(base, kind)}
     table = key_table(kind, known)
-    about = f"{inspect.getdoc(kind)}\n"
-    for where in dict.fromkeys(known.values()):
-        about += f"\nAs in `[{where}]`: {', '.join(f'`{name}`' for name in known if known[name] == where)}.\n"
-    return [Table(path, about + (f"\n{table}" if table else "")), *inner] if path else inner
+    shares = [
+        f"As in `[{where}]`: {', '.join(f'`{name}`' for name in known if known[name] == where)}.\n"
+        for where in dict.fromkeys(known.values())
+    ]
+    return [Table(path, "\n".join([*shares, table or f"{_about(kind)}\n"])), *inner] if path else inner
 
 
-def key_table(kind: type[msgspec.Struct], leave_out: Collection[str] = ()) -> str:
-    """Return the table of a struct's keys but for those that are tables themselves; "" where there is none."""
+def _about(kind: type) -> str:
+    return " ".join((inspect.getdoc(kind) or "").split())
+
+
+def key_table(kind: type[msgspec.Struct], leave_out: Collection[str] = (), about: str = "") -> str:
+    """Return the table of a struct's keys but for those that are tables themselves; "" where there is none.
+
+    about: what stands at its head; else what the type says of itself.
+    """
     meaning, hints = field_docs(kind), get_type_hints(kind, include_extras=True)
     return markdown_table(
-        COLUMNS,
+        ("", "", about or _about(kind)),
         (
             row(f"`{field.name}`", *_value(field, hints[field.name], meaning.get(field.name, "")))
             for field in msgspec.structs.fields(kind)

@@ -1,7 +1,7 @@
 """Types, defaults and limits as a reader of the pages would say them."""
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -18,33 +18,37 @@ WORDS = {
     bytes: "bytes",
     dict: "table",
     Path: "path",
-    type(None): "none",
 }
 """Of plain types."""
+NONE = type(None)
 LONGEST_DEFAULT = 60
 ENDLESS = (86_400.0, 2**53, 2**62)
 """Upper bounds that only keep numbers computable: of a duration, of integers in messages."""
 
 
 def type_name(hint: object) -> str:
-    """Return a type without its bounds: `float`, `3 x float`, `list of int`, `Site or none`."""
+    """Return a type without its bounds: `float`, `float[3]`, `int[]`, `Site?`."""
     if get_origin(hint) is Annotated:
         return type_name(get_args(hint)[0])
     if get_origin(hint) is Literal:
         return "text" if all(isinstance(value, str) for value in get_args(hint)) else "int"
     if get_origin(hint) in (UnionType, Union):
-        return " or ".join(dict.fromkeys(type_name(item) for item in get_args(hint)))
+        return _either(item for item in get_args(hint) if item is not NONE) + "?" * (NONE in get_args(hint))
     if get_origin(hint) is dict:
         return f"map of {type_name(get_args(hint)[1])}"
     if get_args(hint):
-        names = [type_name(item) for item in get_args(hint) if item is not ...]
-        vector = len(names) > 1 and len(set(names)) == 1
-        return f"{len(names)} x {names[0]}" if vector else f"list of {' or '.join(dict.fromkeys(names))}"
+        items = [item for item in get_args(hint) if item is not ...]
+        vector = len(items) > 1 and len({type_name(item) for item in items}) == 1
+        return f"{_either(items)}[{len(items) if vector else ''}]"
     if not isinstance(hint, type):
         return str(hint)
     if issubclass(hint, Settings):
         return "table"
     return WORDS.get(hint, hint.__name__)
+
+
+def _either(hints: Iterable[object]) -> str:
+    return " or ".join(dict.fromkeys(map(type_name, hints)))
 
 
 def choices(hint: object) -> list[object]:
@@ -79,7 +83,7 @@ def default_of(field: msgspec.structs.FieldInfo, hint: object) -> str:
         return "required" if choices(hint) or type_name(hint) == "float" else f"required {type_name(hint)}"
     value = field.default if field.default is not msgspec.NODEFAULT else field.default_factory()
     if value is None:
-        return type_name(hint).removesuffix(" or none")
+        return type_name(hint).removesuffix("?")
     shown = _toml(value)
     return f"`{shown}`" if shown and len(shown) < LONGEST_DEFAULT else type_name(hint)
 

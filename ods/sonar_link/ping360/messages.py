@@ -77,7 +77,7 @@ class Header(NamedTuple):
 
 
 class Sweep(NamedTuple):
-    """What automatic transmission asks of the head."""
+    """How a mechanically scanned head, which looks one beam at a time, goes over its sector."""
 
     start: int
     stop: int

@@ -30,7 +30,7 @@ class Chains(NamedTuple):
 
 
 class Sweep(NamedTuple):
-    """What is to be swept."""
+    """How a mechanically scanned head, which looks one beam at a time, goes over its sector."""
 
     state: State
     number: Numeric

@@ -20,7 +20,7 @@ PATH_POINTS = 121
 
 
 class Outline(NamedTuple):
-    """An object from above."""
+    """The strip that stands for the visible part of an elongated object, in the horizontal plane."""
 
     name: str
     edge: Floats
