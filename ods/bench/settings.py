@@ -28,22 +28,20 @@ class AvoidLimits(Settings, frozen=True):
     """With a planner; a collision or no arrival always exceeds a limit."""
 
     clearance_m: NonNegative
-    """Least distance between the vehicle's circle and any object."""
+    """From the vehicle's circle to any object."""
     path_ratio: Annotated[float, msgspec.Meta(ge=1.0)]
-    """Length of its path over an all-knowing planner's."""
+    """Over an all-knowing planner's path."""
     over_bottom_m: NonNegative = 0.0
-    """Least height over the sea-bed."""
 
 
 class BenchLimits(Settings, frozen=True):
-    """Limits of a bench run; if one is exceeded, `ods bench` exits with code 1. None: not judged."""
+    """Beyond a limit `ods bench` exits with code 1. None: not judged."""
 
     pings_lost: NonNegativeInt
-    """Pings sent by the simulated sonar that have no obstacle list."""
+    """Without an obstacle list."""
     latency_p50_ms: Positive
-    """Median, from the ping's last byte to its list at the client."""
+    """From the ping's last byte to its list at the client."""
     latency_p99_ms: Positive
-    """The same, 99th percentile."""
     longest_gap_s: Positive
     """Between two obstacle lists."""
     position_rms_m: Positive | None = None
@@ -51,11 +49,10 @@ class BenchLimits(Settings, frozen=True):
     radius_error: Fraction | None = None
     """Mean relative error of each object's radius."""
     tracked_share: Fraction | None = None
-    """Share of the lists with a track of each object, once `settle_s` in the sector."""
+    """Of the lists, with a track of each object, once `settle_s` in the sector."""
     false_tracks: NonNegativeInt | None = None
     """Confirmed tracks that belong to no object."""
     avoid: AvoidLimits | None = None
-    """With a planner."""
     back_within_s: Positive = 3.0
     """From a kill to the process's next sign of life."""
 

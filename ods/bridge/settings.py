@@ -39,7 +39,6 @@ class ListSettings(Settings, frozen=True, kw_only=True):
     """How much a bridge sends."""
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 10.0
-    """Most lists a second."""
     most_obstacles: Annotated[int, msgspec.Meta(ge=1, le=100)] = 50
     """Most obstacles of a list: the nearest."""
 
@@ -66,7 +65,6 @@ class TtmSettings(UdpSettings, frozen=True):
     """NMEA 0183 TTM: a datagram an obstacle."""
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 2.0
-    """Most lists a second."""
     talker: Annotated[str, msgspec.Meta(pattern="^[A-Z]{2}$")] = "RA"
     """Many displays accept targets of a radar only."""
 
@@ -77,7 +75,7 @@ class MoosSettings(UdpSettings, frozen=True):
     duration_s: Annotated[float, msgspec.Meta(ge=0.5, le=60.0)] = 2.0
     """pObstacleMgr drops an obstacle without an update for this time."""
     sigmas: Annotated[float, msgspec.Meta(ge=0.0, le=5.0)] = 2.0
-    """Polygons are enlarged by so many standard deviations."""
+    """Polygons are larger by so many."""
 
 
 Ros2Topic = Literal["obstacles", "markers", "tracks", "clearance", "odometry", "diagnostics", "tf", "image"]
@@ -94,7 +92,7 @@ class Ros2Settings(ListSettings, frozen=True):
     peers: Annotated[tuple[str, ...], msgspec.Meta(max_length=16)] = ()
     """IP addresses of the computers with the nodes; "lo" needs none."""
     multicast: bool = False
-    """Any node of the network may find this bridge and receive from it."""
+    """Any node of the network may find this bridge and receive."""
     namespace: Annotated[str, msgspec.Meta(pattern="^(/[A-Za-z][A-Za-z0-9_]*)+$", max_length=100)] = "/ods"
     """Of the topics, except /diagnostics and /tf."""
     map_frame: FrameName = "map"
@@ -106,7 +104,7 @@ class Ros2Settings(ListSettings, frozen=True):
     )  # fmt: skip
     """Topics (docs/bridges/ros2.md); `tf` only where no other node publishes the vehicle's position."""
     image_hz: Annotated[float, msgspec.Meta(gt=0.0, le=20.0)] = 2.0
-    """Most images a second."""
+    """At most."""
     image_bytes: Annotated[int, msgspec.Meta(ge=1000, le=4_000_000)] = 50_000
     """Largest image; a larger one gets fewer range samples, each the highest of several."""
 

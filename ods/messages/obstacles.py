@@ -180,9 +180,9 @@ class Clearance(msgspec.Struct, frozen=True):
     valid: bool
     """False: no water is known to be empty."""
     clear_from_m: list[Distance]
-    """(n,) where the empty water begins,"""
+    """(n,) where the empty water begins."""
     clear_to_m: list[Distance]
-    """(n,) and ends: two standard deviations before the nearest obstacle or echo at the latest."""
+    """(n,) where it ends: two standard deviations before the nearest obstacle or echo at the latest."""
     nearest_m: list[Distance | None]
     """(n,) to the edge of the nearest obstacle or, two standard deviations nearer, echo; none: neither, but not clear
     water."""

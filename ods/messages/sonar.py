@@ -27,9 +27,9 @@ class Sweep(msgspec.Struct, frozen=True):
     """How a mechanically scanned head, which looks one beam at a time, goes over its sector."""
 
     bearing_min_rad: Angle
-    """From the middle of the first beam"""
+    """Middle of the first beam."""
     bearing_max_rad: Angle
-    """to that of the last one."""
+    """Middle of the last beam."""
     step_rad: Angle
     """From beam to beam."""
     turn_s: Annotated[float, msgspec.Meta(ge=0.0, le=1e4)]

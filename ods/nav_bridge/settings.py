@@ -37,7 +37,7 @@ class CanSettings(Settings, frozen=True):
     receive_buffer_bytes: PositiveInt = 8 * 1024 * 1024
     """The kernel's (socketcan)."""
     silence_s: Seconds = 1.0
-    """Without a frame for this time the interface is reopened."""
+    """Without a frame for so long the interface is reopened."""
 
     def __post_init__(self) -> None:
         why = REFUSED_INTERFACES.get(self.interface)
@@ -57,28 +57,28 @@ class LimitSettings(Settings, frozen=True):
     """Poses beyond these limits are dropped and counted."""
 
     horizontal_m: Positive = 100_000.0
-    """Distance from the site's origin along north and east."""
+    """From the site's origin, along north and east."""
     height_m: NonNegative = 100.0
-    """Height above the datum."""
+    """Above the datum."""
     depth_m: Positive = 12_000.0
-    """Depth below the datum."""
+    """Below the datum."""
     speed: Annotated[Positive, unit("m/s")] = 30.0
     """Along each body axis, m/s."""
     age_s: Annotated[Positive, slider(0.1, 5.0, unit="s")] = 1.0
-    """Longest time from the pose's instant to its arrival."""
+    """From the pose's instant to its arrival."""
     altitude_m: Annotated[float, msgspec.Meta(gt=0.0, le=20_000.0)] = 500.0
-    """Altitude over the bottom."""
+    """Over the bottom; a larger one is left out of its pose."""
 
 
 class SigmaSettings(Settings, frozen=True):
     """Standard deviations of an INS that reports none."""
 
     position_m: Annotated[Positive, slider(0.01, 50.0, log=True, unit="m")] = 0.5
-    """Standard deviation of north, east and down."""
+    """North, east and down."""
     attitude_rad: Annotated[Positive, slider(1e-4, 0.2, log=True, unit="rad")] = 0.005
-    """Standard deviation of roll, pitch and yaw."""
+    """Roll, pitch and yaw."""
     altitude_m: Annotated[Positive, slider(0.01, 10.0, log=True, unit="m")] = 0.3
-    """Standard deviation of the altitude over the bottom."""
+    """Over the bottom."""
 
 
 class ObjectSettings(Settings, frozen=True):
@@ -135,19 +135,18 @@ class CanopenSettings(Settings, frozen=True):
     """Bit of the status object that is set while position, attitude, velocity, time_of_day or altitude is valid; a
     part left out always is."""
     epoch_window_s: Seconds = 0.005
-    """Without sequence numbers: longest time from first to last PDO of an instant; shorter than the time between
-    instants."""
+    """Without sequence numbers: longest time from first to last PDO of an instant; shorter than between instants."""
     start_ins: bool = False
     """Send NMT start to the INS after its boot-up and while it is pre-operational; without heartbeat, while there is
     no pose."""
     sync_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.0
-    """Period of this node's SYNC; 0: none."""
+    """Of this node's SYNC; 0: none."""
     heartbeat_timeout_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 1.0
-    """Longest time without the INS's heartbeat; 0: it sends none."""
+    """Of the INS; 0: it sends none."""
     heartbeat_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 0.5
-    """Period of this node's heartbeat; 0: none."""
+    """Of this node; 0: none."""
     emcy_inhibit_s: Annotated[float, msgspec.Meta(ge=0.0, le=6.5)] = 0.1
-    """Shortest time between emergency messages."""
+    """Least time between emergency messages."""
     serial_number: Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)] = 0
     """In this node's identity object."""
 
@@ -193,11 +192,11 @@ class HeldSettings(Settings, frozen=True):
     """A message with a rate of its own, whose newest values are held."""
 
     max_age_s: Seconds = 0.5
-    """Longest time that values are held; after that: no pose."""
+    """Held for so long; then no pose."""
     growth_m_s: NonNegative = 0.2
-    """Growth of a held position's standard deviation."""
+    """Of a position's sigma with its age."""
     growth_rad_s: NonNegative = 0.1
-    """Growth of a held angle's standard deviation."""
+    """Of an angle's."""
 
 
 class TimeSettings(Settings, frozen=True):
@@ -212,7 +211,7 @@ class TimeSettings(Settings, frozen=True):
 
 
 class ValiditySettings(Settings, frozen=True):
-    """A status that must hold for poses to be used."""
+    """A status required for poses to be used."""
 
     signal: str
     """MESSAGE.SIGNAL; its integer as transmitted, without factor and offset."""
@@ -238,7 +237,6 @@ class DbcSettings(Settings, frozen=True):
     """An INS whose frames a DBC file describes. Nothing is sent."""
 
     file: Path
-    """The DBC file."""
     signals: dict[str, str | SignalSettings]
     """MESSAGE.SIGNAL of each pose field (docs/navigation/dbc.md), or a table."""
     time: str | TimeSettings | None = None
@@ -249,7 +247,7 @@ class DbcSettings(Settings, frozen=True):
     """MESSAGE.SIGNAL of a counter or time stamp that all messages of an instant share, one each; then order does not
     matter."""
     held: dict[str, HeldSettings] = msgspec.field(default_factory=dict)
-    """Messages with a rate of their own, by name."""
+    """Messages with a rate of their own."""
     window_s: Seconds = 0.008
     """Longest time from an instant to its last message; shorter than the INS's period."""
     valid: list[ValiditySettings] = msgspec.field(default_factory=list)
@@ -280,7 +278,7 @@ class NmeaSettings(Settings, frozen=True):
     port: str
     """Serial device; "udp://0.0.0.0:10110", to receive datagrams; "socket://192.168.0.5:4001", a serial server."""
     baud: PositiveInt = 115200
-    """Bit rate of a serial device, bit/s."""
+    """bit/s."""
     sender: str | None = None
     """IP address of the datagrams' sender; none: any."""
     place: str = "GGA"
@@ -301,12 +299,12 @@ class NmeaSettings(Settings, frozen=True):
         msgspec.field(default_factory=lambda: {"estimated": 10.0})
     )
     """Kinds that are used although they are no fix (GGA of quality 6, 7, 8; RMC and VTG of mode E, M, S; RMC of status
-    U), each with its addition to the position's standard deviation, m: nothing for estimated ones if `accuracy` is
-    set. Others are refused."""
+    U), each with its addition to the position's sigma, m: nothing for estimated ones if `accuracy` is set. Others
+    are refused."""
     held: dict[str, HeldSettings] = msgspec.field(
         default_factory=lambda: {name: HeldSettings(max_age_s=1.5) for name in ("GGA", "RMC", "GST")}
     )
-    """How long each sentence is held, by name without talker."""
+    """By name without talker."""
 
     @property
     def look_at(self) -> str:
@@ -345,7 +343,7 @@ class NavSettings(Settings, frozen=True):
     lever_arm_m: Lever = (0.0, 0.0, 0.0)
     """Point whose position and velocity the INS reports: forward, starboard, down of the body's origin."""
     stale_s: Seconds = 0.5
-    """Time without a pose that is a problem."""
+    """Longer without a pose is a problem."""
     clock_jump_s: Seconds = 0.1
     """A larger step of the INS's clock is accepted when four epochs confirm it."""
     limits: LimitSettings = LimitSettings()

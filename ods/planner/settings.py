@@ -19,26 +19,25 @@ class SteeringSettings(Settings, frozen=True):
     """What the vehicle can do, the distance to keep, and what to do without a valid list."""
 
     cruise_m_s: Positive = 2.0
-    """Speed through the water with nothing in the way."""
+    """Through the water."""
     slow_m_s: Positive = 1.0
-    """Least speed at which the vehicle steers."""
+    """Least speed at which it steers."""
     turn_rate_deg_s: Positive = 10.0
     acceleration_m_s2: Positive = 0.2
     """Along the course."""
     vehicle_radius_m: NonNegative = 0.5
-    """Of the circle around the vehicle."""
     keep_m: NonNegative = 3.0
-    """Distance between the vehicle's circle and an obstacle's edge."""
+    """From the vehicle's circle to an obstacle's edge."""
     risk: Annotated[float, msgspec.Meta(gt=0.0, lt=0.5)] = 0.01
-    """Highest probability that this distance is not kept."""
+    """Highest probability of coming nearer."""
     certain_s: NonNegativeSeconds = 3.0
     """Time ahead within which a risk counts fully."""
     expected_s: Seconds = 10.0
-    """From `certain_s` to here standard deviations count less and less, later not at all."""
+    """From `certain_s` to here sigmas count less and less, later not at all."""
     horizon_s: Annotated[float, msgspec.Meta(gt=1.0, le=300.0)] = 30.0
     """Time ahead for which paths are judged."""
     headings: Annotated[int, msgspec.Meta(ge=8, le=360)] = 60
-    """Headings tried, all around."""
+    """Tried all around."""
     look_m: Positive = 20.0
     """With less water ahead known to be empty the vehicle goes slowly."""
     reached_m: Positive = 10.0
@@ -68,11 +67,11 @@ class PlannerCanSettings(Settings, frozen=True):
     """CAN bus of the simulated vehicle."""
 
     eds: Path
-    """EDS file of the vehicle (RPDO 1)."""
+    """Of the vehicle (RPDO 1)."""
     interface: str = "socketcan"
-    """As python-can names it; the bench replaces it,"""
+    """As python-can names it; the bench replaces it."""
     channel: str = "vcan0"
-    """and this."""
+    """The bench replaces it."""
     node_id: Annotated[int, msgspec.Meta(ge=1, le=127)] = 6
     """The vehicle's."""
 
@@ -81,7 +80,7 @@ class PlannerSettings(Settings, frozen=True):
     """The planner as a process."""
 
     way_points: Annotated[list[tuple[Coordinate, Coordinate, Down]], msgspec.Meta(min_length=1)]
-    """North, east, down, m: where to go, in this order."""
+    """m, in this order."""
     steering: SteeringSettings = SteeringSettings()
     can: PlannerCanSettings | None = None
     """None: set points go over the bus of the processes only."""

@@ -42,7 +42,7 @@ def counter_pages() -> dict[str, str]:
         pages = {_counter_page(where) for where in group}
         found[pages.pop() if len(pages) == 1 else "README"] += f"\n## {title}\n\n{text}"
     several = found.pop("README")
-    made = {f"counters/{page}.md": head(f"Counters: {PROCESS_COUNTERS[page]}") + text for page, text in found.items()}
+    made = {f"counters/{page}.md": head("Counters", PROCESS_COUNTERS[page]) + text for page, text in found.items()}
     index = table(("page", "counters of"), (row(f"[{_capital(PROCESS_COUNTERS[page])}]({page}.md)", _listed(page))
                                             for page in PROCESS_COUNTERS))  # fmt: skip
     return {"counters/README.md": f"{COUNTERS_HEAD}{index}{several}", **made}

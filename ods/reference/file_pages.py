@@ -14,6 +14,7 @@ from ods.reference.setting_pages import Seen, Table, key_table, sections, tables
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.sonar.settings import SonarFile
 
+FOLDER = "Configuration"
 TOP = "-"
 """Stands for the file itself in the path of a table."""
 
@@ -29,11 +30,11 @@ def file_pages() -> dict[str, str]:
     others = [name for name in stages if name not in detectors]
     shared = f"\n## All detectors\n\n{key_table(GroupParams)}"
     return {
-        "configuration/stages.md": _stages("Configuration: equalizers and filters", others),
-        "configuration/detectors.md": _stages("Configuration: detectors", detectors, shared),
-        "configuration/scene.md": _file("Scene files", [each for each in scene if each not in images]),
-        "configuration/image.md": _file("Scene files: the image", images),
-        "configuration/sonar-file.md": _file("Sonar files", tables(SonarFile, TOP, Seen())),
+        "configuration/stages.md": _stages("equalizers and filters", others),
+        "configuration/detectors.md": _stages("detectors", detectors, shared),
+        "configuration/scene.md": _file("scene files", [each for each in scene if each not in images]),
+        "configuration/image.md": _file("images of scene files", images),
+        "configuration/sonar-file.md": _file("sonar files", tables(SonarFile, TOP, Seen())),
     }
 
 
@@ -42,13 +43,11 @@ def _stages(title: str, names: Sequence[str], text: str = "") -> str:
     for name in names:
         params = find_stage(name).params
         about = (inspect.getdoc(params) or "").removeprefix(f"{name}: ")
-        own = key_table(
-            params, known if issubclass(params, GroupParams) else (), f"{about[:1].upper()}{about[1:]}"
-        )
+        own = key_table(params, known if issubclass(params, GroupParams) else (), f"{about[:1].upper()}{about[1:]}")
         text += f"\n## {name}\n\n{own}"
-    return f"{head(title)}[What they are for](../pipeline/stages.md).\n{text}"
+    return f"{head(FOLDER, title)}\n[What they are for](../pipeline/stages.md).\n{text}"
 
 
 def _file(title: str, found: Sequence[Table]) -> str:
     text = sections(found).replace(f"## [{TOP}]", "## The file").replace(f"[{TOP}.", "[")
-    return f"{head(title)}[Scenes and sonars](../simulator/README.md#sonar-and-scene-files).\n{text}"
+    return f"{head(FOLDER, title)}\n[Scenes and sonars](../simulator/README.md#sonar-and-scene-files).\n{text}"

@@ -4,9 +4,9 @@ import re
 from collections.abc import Iterable, Sequence
 
 
-def head(title: str) -> str:
-    """Return the head of a generated page whose folder's README says how to read it."""
-    return f"# {title}\n\nGenerated. [How to read it](README.md).\n"
+def head(folder: str, title: str) -> str:
+    """Return the head of a generated page; the README of its folder says how to read it."""
+    return f"# [{folder}](README.md): {title}\n"
 
 
 def table(columns: Iterable[str], rows: Iterable[str]) -> str:

@@ -80,7 +80,9 @@ def message_pages() -> dict[str, str]:
     for kind in _structs():
         found[_page_of(kind)].append(kind)
     pages = [
-        row(f"[{MESSAGES[page][:1].upper()}{MESSAGES[page][1:]}]({page}.md)", ", ".join(kind.__name__ for kind in kinds))
+        row(
+            f"[{MESSAGES[page][:1].upper()}{MESSAGES[page][1:]}]({page}.md)", ", ".join(kind.__name__ for kind in kinds)
+        )
         for page, kinds in found.items()
     ]
     index = (
@@ -90,7 +92,7 @@ def message_pages() -> dict[str, str]:
         f"{table(('page', 'messages'), pages)}"
     )
     return {"messages/README.md": index} | {
-        f"messages/{page}.md": head(f"Messages: {MESSAGES[page]}") + "".join(map(_section, kinds))
+        f"messages/{page}.md": head("Messages", MESSAGES[page]) + "".join(map(_section, kinds))
         for page, kinds in found.items()
     }
 

@@ -75,8 +75,7 @@ def setting_pages() -> dict[str, str]:
     ]
     index = CONFIG_HEAD + markdown_table(("page", "tables"), rows)
     return {"configuration/README.md": index} | {
-        f"configuration/{page}.md": head(f"Configuration: {SETTINGS[page]}") + sections(found[page])
-        for page in SETTINGS
+        f"configuration/{page}.md": head("Configuration", SETTINGS[page]) + sections(found[page]) for page in SETTINGS
     }
 
 

@@ -1,1 +1,1 @@
-"""Parts that make a process of a worker: bus, life of a process, process table, supervisor."""
+"""What makes a process of a worker: bus, life, process table, supervisor."""

@@ -129,9 +129,9 @@ class BusSettings(Settings, frozen=True):
     """Folder of sockets and locks, under 80 characters. Left out: /run/ods for root and where it exists, else
     $XDG_RUNTIME_DIR/ods, else ~/.local/state/ods/run."""
     keys: Path | None = None
-    """Folder of other computers' keys (`ods keys`), owned by the user who runs the processes."""
+    """Other computers' keys (`ods keys`), owned by the user who runs the processes."""
     listen: tuple[ListenSettings, ...] = ()
-    """What other computers may receive, encrypted."""
+    """For other computers, encrypted."""
 
     def __post_init__(self) -> None:
         if len(str(self.run_dir)) > 80:

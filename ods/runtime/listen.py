@@ -9,10 +9,10 @@ EXAMPLE = 'such as "tcp://192.168.2.10:5600"'
 
 
 class ListenSettings(Settings, frozen=True):
-    """An address for other computers."""
+    """For other computers."""
 
     at: str
-    """"tcp://192.168.2.10:5600": IP address of one of this computer's interfaces (0.0.0.0: all), and a port."""
+    """"tcp://192.168.2.10:5600": this computer's IP address (0.0.0.0: all) and a port."""
     topics: list[str]
     """Such as ["obstacles", "health"]."""
 

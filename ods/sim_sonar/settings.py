@@ -19,9 +19,9 @@ class FaultSettings(Settings, frozen=True):
 
     kind: Literal["serial_unplugged", "sonar_silent", "sonar_garbage", "ins_silent", "ins_steps", "loud"] | Blindness
     """serial_unplugged: the sonar's line disappears; sonar_silent, ins_silent: the device sends nothing;
-    sonar_garbage: it sends other bytes; ins_steps: the INS's position is off by 47 m. In the image: zeros: all
-    samples are 0; dead_beams: the port half's; cut_beams: the far half's; head_blocked: all are 20 dB weaker;
-    saturated: all are at full scale; loud: noise of 20 dB over the median level is added."""
+    sonar_garbage: it sends other bytes; ins_steps: the INS's position is off by 47 m. Image samples: zeros: all are
+    0; dead_beams: the port half's; cut_beams: the far half's; head_blocked: 20 dB weaker; saturated: at full scale;
+    loud: with noise 20 dB over the median."""
     at_s: NonNegative
     """Mission time."""
     for_s: Positive
@@ -33,7 +33,6 @@ class VehicleSettings(Settings, frozen=True):
     least_m_s: NonNegative = 1.0
     """Slower, it does not steer."""
     most_m_s: Positive = 3.0
-    """Top speed."""
     acceleration_m_s2: Positive = 0.2
     """Along its course."""
     turn_rate_deg_s: Positive = 10.0
@@ -48,7 +47,7 @@ class ObeyingVehicle(Settings, frozen=True):
     """A vehicle that obeys set points over CAN, from where the scene puts it."""
 
     eds: Path
-    """EDS file of its CANopen node (RPDO 1)."""
+    """Of its CANopen node (RPDO 1)."""
     node_id: Annotated[int, msgspec.Meta(ge=1, le=127)] = 6
     current_m_s: tuple[Speed, Speed] = (0.0, 0.0)
     """North, east."""
@@ -59,15 +58,13 @@ class SimSettings(Settings, frozen=True):
     """The simulated devices."""
 
     scene: Path
-    """Scene file."""
     sonar: Path
-    """Sonar file."""
     ins: Literal["canopen", "dbc", "nmea"] = "canopen"
     """The simulated INS; nav.source on board must be the same."""
     ins_eds: Path | None = None
-    """For "canopen": its EDS file."""
+    """Of "canopen"."""
     ins_dbc: Path | None = None
-    """For "dbc": its DBC file, with the messages of config/sbg.dbc."""
+    """Of "dbc", with the messages of config/sbg.dbc."""
     can: Literal["auto", "vcan0", "slcan"] = "auto"
     """auto: vcan0 where the kernel has it, else slcan."""
     sonar_line: Literal["serial", "tcp", "oculus", "norbit", "ping360", "ping360_udp", "sonar3d15"] = "serial"
@@ -75,13 +72,13 @@ class SimSettings(Settings, frozen=True):
     TCP; ping360, ping360_udp: a Ping360 on a pseudo-terminal, or behind a bridge; sonar3d15: by multicast. All
     networks at 127.0.0.1."""
     sonar_tcp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 7000
-    """TCP port, unless serial."""
+    """Unless serial."""
     sonar_status_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 52102
-    """UDP port of an Oculus's status."""
+    """UDP, an Oculus's."""
     sonar_command_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 2209
-    """TCP port of a Norbit's commands."""
+    """TCP, a Norbit's."""
     sonar_udp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 9092
-    """UDP port of ping360_udp's bridge, or sonar3d15's multicast group."""
+    """Of ping360_udp's bridge, or sonar3d15's multicast group."""
     boot_s: NonNegative = 2.0
     """From the ports' appearance to the first ping."""
     sonar_latency_ms: NonNegative = 2.0
@@ -90,9 +87,9 @@ class SimSettings(Settings, frozen=True):
     vehicle: ObeyingVehicle | None = None
     """None: the vehicle moves as the scene says."""
     sonar_clock_offset_s: float = 0.25
-    """The sonar's clock minus UTC."""
+    """Minus UTC."""
     ins_clock_offset_s: float = -0.125
-    """The INS's clock minus UTC."""
+    """Minus UTC."""
     fault: list[FaultSettings] = msgspec.field(default_factory=list)
 
     def __post_init__(self) -> None:

@@ -28,22 +28,21 @@ class SonarSettings(Settings, frozen=True):
     plugins: tuple[Path, ...] = ()
     """Python files, or modules, with protocols."""
     baud: Annotated[int, msgspec.Meta(ge=300, le=100_000_000)] = 12_000_000
-    """Bit rate of a serial line, bit/s."""
+    """bit/s."""
     publish_raw: bool = False
     """Publish the line's bytes as `raw`, for the recorder."""
     latency_ms: Annotated[float, msgspec.Meta(ge=-200.0, le=60_000.0), slider(-50.0, 1000.0, unit="ms")] = 0.0
-    """From the last echo's arrival to its record's first byte on the line. Below 0 only to compensate for a later INS."""
+    """From the last echo's arrival to its record's first byte. Below 0 only to compensate for a later INS."""
     max_record_bytes: Annotated[int, msgspec.Meta(ge=1024, le=64 * 1024 * 1024)] = 4 * 1024 * 1024
-    """Longest record; a header with a larger size is noise."""
+    """A header with a larger size is noise."""
     record_timeout_s: Seconds = 1.0
-    """Longer than the longest record takes on the line; slower ones are dropped. A false header delays pings by as
-    much at most."""
+    """Longer than the longest record takes; slower ones are dropped. A false header delays pings by as much at most."""
     reopen_min_s: Seconds = 0.1
     """Pause before a lost port is reopened; doubles with every failure."""
     reopen_max_s: Seconds = 1.0
     """Longest such pause."""
     silence_s: NonNegativeSeconds = 5.0
-    """A TCP or UDP peer silent for this time is connected again; 0: never."""
+    """A TCP or UDP peer silent for so long is connected again; 0: never."""
     range_m: SonarRange | None = None
     """Set after each connection; left out: unchanged."""
     power_db: SonarLevel | None = None

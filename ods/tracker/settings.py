@@ -34,9 +34,9 @@ class MotionSettings(Settings, frozen=True):
     """How objects move: process noise of the Kalman filters."""
 
     velocity_sigma: Annotated[Positive, slider(0.01, 10.0, log=True, unit="m/s")] = 1.0
-    """Standard deviation of a new moving object's velocity, north and east, m/s."""
+    """Of a new moving object, north and east, m/s."""
     vertical_velocity_sigma: Annotated[Positive, slider(0.01, 3.0, log=True, unit="m/s")] = 0.3
-    """The same, down, m/s."""
+    """Of a new moving object, down, m/s."""
     acceleration_noise: Annotated[NonNegative, slider(0.0, 1.0, step=1e-5, log=True, unit="m^2/s^3")] = 0.01
     """Spectral density of a moving object's acceleration, m^2/s^3. More: follows manoeuvres sooner, knows steady
     motion less well."""
@@ -51,7 +51,7 @@ class MotionSettings(Settings, frozen=True):
     change_rate: Annotated[float, msgspec.Meta(ge=0.0, le=1.0), slider(0.0, 1.0, step=1e-4, log=True, unit="1/s")] = (
         0.001
     )
-    """Rate at which an object starts or stops moving, 1/s."""
+    """At which an object starts or stops moving, 1/s."""
 
 
 class EchoSettings(Settings, frozen=True):
@@ -62,18 +62,17 @@ class EchoSettings(Settings, frozen=True):
     clutter_per_scan: Annotated[Positive, slider(0.01, 100.0, log=True)] = 1.0
     """Expected false alarms in a scan at the start; then estimated."""
     births_per_scan: Annotated[Positive, slider(0.001, 1.0, log=True)] = 0.03
-    """Expected new objects in a scan after 0.15 s, in proportion to the time. Its ratio to the false alarms decides
-    how much evidence a new object needs."""
+    """Expected new objects per 0.15 s. Its ratio to the false alarms decides how much evidence a new object needs."""
     births_at_start: Annotated[Positive, slider(0.001, 5.0, log=True)] = 0.3
     """Expected new objects in each of the first two scans."""
     gate_sigmas: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 10.0, step=0.1)] = 4.0
     """Largest distance of a detection from the prediction."""
     silence_rate: Annotated[Positive, slider(0.001, 1.0, log=True, unit="1/s")] = 0.02
-    """Rate at which an object in view stops giving echoes (aspect, shadow), 1/s."""
+    """At which an object in view stops giving echoes (aspect, shadow), 1/s."""
     return_rate: Annotated[Positive, slider(0.001, 1.0, log=True, unit="1/s")] = 0.1
-    """Rate at which it gives echoes again, 1/s."""
+    """At which a silent object gives echoes again, 1/s."""
     loss_rate: Annotated[Positive, slider(1e-5, 0.1, log=True, unit="1/s")] = 1e-3
-    """Rate at which an object in view ceases to exist, 1/s."""
+    """At which an object in view ceases to exist, 1/s."""
 
 
 class LifeSettings(Settings, frozen=True):
@@ -88,11 +87,11 @@ class LifeSettings(Settings, frozen=True):
     edge_sigmas: Annotated[NonNegative, slider(0.0, 5.0, step=0.1)] = 2.0
     """A missed detection counts only if the prediction lies so far inside the sector."""
     silent_s: Annotated[Positive, slider(0.5, 30.0, step=0.5, unit="s")] = 3.0
-    """Time without an echo after which an object in view goes to stand-by."""
+    """Without an echo for so long an object in view goes to stand-by."""
     stand_by_s: Annotated[Positive, slider(1.0, 120.0, step=1.0, unit="s")] = 10.0
-    """Time without an echo after which an object out of view is hibernated (static) or terminated (moving)."""
+    """Without an echo for so long an object out of view is hibernated (static) or terminated (moving)."""
     lost_sigma_m: Annotated[Positive, slider(0.5, 20.0, step=0.5, unit="m")] = 4.0
-    """Standard deviation of position beyond which an unobserved object goes to stand-by, and one on stand-by ends."""
+    """Position sigma beyond which an unobserved object goes to stand-by, and one on stand-by ends."""
 
 
 class PlannerSettings(Settings, frozen=True):
@@ -105,10 +104,10 @@ class PlannerSettings(Settings, frozen=True):
     most_listed: Annotated[PositiveInt, slider(10, 2000, step=10)] = 1000
     """Most objects in a list: the nearest."""
     shape_sigma: Annotated[NonNegative, slider(0.0, 1.0, step=0.05)] = 0.2
-    """Standard deviation of horizontal position and radius that no number of echoes reduces, in radii: only the near
-    side is visible."""
+    """Sigma of horizontal position and radius that no number of echoes reduces, in radii: only the near side is
+    visible."""
     hibernated_within_m: Annotated[NonNegative, slider(0.0, 500.0, step=10.0, unit="m")] = 150.0
-    """Hibernated objects nearer to the vehicle than this are listed."""
+    """Hibernated objects are listed within this distance of the vehicle."""
     lead_times_s: Annotated[
         tuple[Annotated[NonNegative, slider(0.0, 120.0, unit="s")], ...], msgspec.Meta(max_length=20)
     ] = (5.0, 10.0, 20.0)
@@ -127,9 +126,9 @@ class BottomSettings(Settings, frozen=True):
     risk: Annotated[Probability, slider(0.001, 0.1, log=True)] = 0.01
     """Highest probability that an object left out rises higher."""
     slope_deg: Annotated[float, msgspec.Meta(ge=0.0, le=45.0), slider(0.0, 45.0, step=0.5, unit="deg")] = 5.0
-    """Standard deviation of the bottom's mean slope from the vehicle to an object."""
+    """Sigma of the bottom's mean slope from the vehicle to an object."""
     roughness_m: Annotated[NonNegative, slider(0.0, 2.0, step=0.05, unit="m")] = 0.2
-    """Standard deviation of the bottom's height about that slope."""
+    """Sigma of the bottom's height about that slope."""
 
 
 class SurfaceSettings(Settings, frozen=True):
@@ -150,7 +149,7 @@ class ClearanceSettings(Settings, frozen=True):
     sectors: Annotated[int, msgspec.Meta(ge=8, le=360), slider(8, 360)] = 72
     """Clockwise from north."""
     half_height_m: Annotated[NonNegative, slider(0.1, 5.0, log=True, unit="m")] = 0.3
-    """Height that the fan must cover above and below the vehicle's origin."""
+    """The fan must cover as much above and below the vehicle's origin."""
     fastest_m_s: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m/s")] = 2.0
     """Assumed largest horizontal speed of unobserved objects."""
     fastest_vertical_m_s: Annotated[Positive, slider(0.05, 5.0, log=True, unit="m/s")] = 0.5
@@ -163,8 +162,7 @@ class MapSettings(Settings, frozen=True):
     path: Path | None = None
     """SQLite file; none: the map is lost when the process ends."""
     position_sigma_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.1, unit="m")] = 0.5
-    """Added to the north and east standard deviations of objects of an earlier mission: the pose error between
-    missions."""
+    """Added to the north and east sigmas of an earlier mission's objects: the pose error between missions."""
     minimum_times_seen: Annotated[NonNegativeInt, slider(0, 50)] = 5
     """Objects with fewer echoes are not stored for the next mission."""
 

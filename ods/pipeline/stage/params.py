@@ -74,14 +74,13 @@ class FirParams(Settings, frozen=True):
     beams: Annotated[OddInt, slider(1, 15, unit="beams")] = 1
     """Taps across the beams; 1: along the range only."""
     round_beams: Annotated[float, msgspec.Meta(ge=0.0, le=3.0), slider(0.0, 3.0, step=0.05, unit="beams")] = 0.0
-    """With beams = 1: smooth across finely spaced beams as far as along them, at half range, with at most this
-    standard deviation."""
+    """With beams = 1: smooth finely spaced beams as far across as along, at half range, with at most this sigma."""
     beam_cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.05, 0.95, step=0.05)] = 0.4
     """-6 dB point across the beams, as a fraction of half a cycle a beam."""
 
 
 class GaussianParams(Settings, frozen=True):
-    """filter.gaussian: Gaussian weights, cut at three standard deviations."""
+    """filter.gaussian: Gaussian weights, cut at three sigmas."""
 
     sigma: Annotated[float, msgspec.Meta(gt=0.0, le=100.0), slider(0.5, 20.0, log=True, unit="samples")] = 2.5
     """Range samples."""
@@ -104,7 +103,7 @@ class MedianParams(Settings, frozen=True):
     window: Literal[3, 5, 7, 9] = 9
     """Range samples."""
     beams: Literal[1, 3, 5] = 1
-    """Beams; the median of their medians is taken. 1: along the range only."""
+    """Beams, by the median of their medians; 1: along the range only."""
 
 
 class IirParams(Settings, frozen=True):
@@ -165,11 +164,11 @@ class GroupParams(Settings, frozen=True):
     min_cells: Annotated[PositiveInt, slider(1, 60, unit="cells")] = 4
     """Smaller regions, in cells (beams x range samples), are dropped."""
     max_cells: Annotated[NonNegativeInt, slider(0, 20_000, step=10, log=True, unit="cells")] = 0
-    """Larger regions are dropped; 0: none."""
+    """Larger ones are dropped; 0: none."""
     min_extent_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.05, unit="m")] = 0.0
-    """Regions smaller than this, in range and across, m, are dropped."""
+    """Smaller regions, in range and across, are dropped."""
     max_extent_m: Annotated[NonNegative, slider(0.0, 50.0, step=0.5, unit="m")] = 0.0
-    """Regions larger than this, in range or across, m, are dropped; 0: none."""
+    """Larger regions, in range or across, are dropped; 0: none."""
     strongest: Annotated[Fraction, slider(0.01, 1.0, step=0.01)] = 1.0
     """A region must contain one of the strongest samples of the ping, this share: equalization raises silent parts. 1:
     off."""
@@ -177,7 +176,7 @@ class GroupParams(Settings, frozen=True):
     """Factor on the threshold within 2 beams or 4 range samples of the image's border, where filters double the noise.
     1: off."""
     split_db: Annotated[NonNegative, slider(0.0, 12.0, step=0.25, unit="dB")] = 0.0
-    """A region is split at a valley this deep below its crest, dB; 0: never."""
+    """Depth of a valley that splits a region; 0: never."""
 
 
 class TwoLevelParams(GroupParams, frozen=True):

@@ -49,18 +49,15 @@ class Oscillation(Settings, frozen=True, kw_only=True):
     """A sine about the mean: amplitude_deg * sin(2 pi t / period_s + phase_deg)."""
 
     amplitude_deg: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.0
-    """Degrees."""
     period_s: Positive = 10.0
-    """Seconds."""
     phase_deg: float = 0.0
-    """Degrees."""
 
 
 class VehiclePath(Path, frozen=True, kw_only=True):
     """The vehicle's path and attitude, and its sonar."""
 
     heading_deg: float = 0.0
-    """Mean heading, from north to east."""
+    """Mean, from north to east."""
     follow_path: bool = False
     """Head along the horizontal velocity instead, wherever there is one."""
     roll: Oscillation = Oscillation()
@@ -87,14 +84,12 @@ class Sphere(_Object, frozen=True, kw_only=True, tag="sphere"):
     """A sphere."""
 
     radius_m: Positive
-    """Radius."""
 
 
 class Cylinder(_Object, frozen=True, kw_only=True, tag="cylinder"):
     """A cylinder with flat end caps."""
 
     radius_m: Positive
-    """Radius."""
     length_m: Positive
     """Along the axis."""
     axis_ned: Triple = (0.0, 0.0, 1.0)
@@ -133,13 +128,11 @@ class SceneFile(Settings, frozen=True, kw_only=True):
     seed: NonNegativeInt
     """Of everything random; the same seed gives the same bytes."""
     duration_s: Positive = 60.0
-    """Length of the mission."""
     shadows: bool = True
     """Nearer objects hide what lies behind them."""
     vehicle: VehiclePath
     """The vehicle."""
     objects: list[Sphere | Cylinder | Plane] = msgspec.field(default_factory=list)
-    """Any number."""
     sea_bed: SeaBed | None = None
     """None: open water."""
     image: ImageLevels = ImageLevels()

@@ -39,7 +39,6 @@ class SonarFile(Settings, frozen=True, kw_only=True):
     """A forward-looking sonar: config/sonars/NAME.toml."""
 
     name: str
-    """Maker and model."""
     frequency_hz: Positive
     """Carrier."""
     sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0), unit("m/s")] = 1500.0
@@ -55,9 +54,9 @@ class SonarFile(Settings, frozen=True, kw_only=True):
     )
     """Of each plane's axis, up positive."""
     beam_width_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0)]
-    """Horizontal -3 dB width of a beam."""
+    """Horizontal, -3 dB."""
     side_lobe_db: Annotated[float, msgspec.Meta(ge=-60.0, le=-13.3)] = -25.0
-    """Highest horizontal side lobe, dB below the main lobe."""
+    """Highest horizontal side lobe, below the main lobe."""
     half_vertical_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0)] = 10.0
     """Half the vertical opening of one plane's main lobe."""
     vertical: VerticalPattern = VerticalPattern()
@@ -65,9 +64,9 @@ class SonarFile(Settings, frozen=True, kw_only=True):
     range0_m: Positive
     """Slant range of the first sample's centre."""
     dr_m: Positive
-    """Sample spacing in slant range."""
+    """Sample spacing, slant range."""
     samples: Annotated[int, msgspec.Meta(ge=1, le=65536)]
-    """Range samples of each beam."""
+    """Of each beam."""
     pixels: tuple[Pixels, Pixels] | None = None
     """Bearings and elevations of a 3-D sonar."""
     overhead_s: NonNegative = 0.0
