@@ -11,7 +11,7 @@ from ods.sim_sonar.settings import SimConfig
 
 
 class KillSettings(Settings, frozen=True):
-    """A signal to one process."""
+    """A signal to a process."""
 
     process: Literal["sonar", "pipeline", "tracker", "nav", "planner"]
     at_s: NonNegative
@@ -25,7 +25,7 @@ class KillSettings(Settings, frozen=True):
 
 
 class AvoidLimits(Settings, frozen=True):
-    """With a planner; a collision or no arrival always exceeds a limit."""
+    """With a planner; a collision or no arrival always fails."""
 
     clearance_m: NonNegative
     """From the vehicle's circle to any object."""
@@ -45,16 +45,16 @@ class BenchLimits(Settings, frozen=True):
     longest_gap_s: Positive
     """Between two obstacle lists."""
     position_rms_m: Positive | None = None
-    """Horizontal, rms over all lists and objects."""
+    """Horizontal, over all lists and objects."""
     radius_error: Fraction | None = None
-    """Mean relative error of each object's radius."""
+    """Relative mean of each object."""
     tracked_share: Fraction | None = None
     """Of the lists, with a track of each object, once `settle_s` in the sector."""
     false_tracks: NonNegativeInt | None = None
-    """Confirmed tracks that belong to no object."""
+    """Confirmed tracks of no object."""
     avoid: AvoidLimits | None = None
     back_within_s: Positive = 3.0
-    """From a kill to the process's next sign of life."""
+    """From a kill to the next sign of life."""
 
 
 class BenchConfig(SimConfig, frozen=True):

@@ -40,25 +40,25 @@ class ListSettings(Settings, frozen=True, kw_only=True):
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 10.0
     most_obstacles: Annotated[int, msgspec.Meta(ge=1, le=100)] = 50
-    """Most obstacles of a list: the nearest."""
+    """The nearest."""
 
 
 class UdpSettings(ListSettings, frozen=True, kw_only=True):
     """Where a bridge sends, and how much."""
 
     to: str
-    """One receiver, "udp://192.168.2.5:5005"; no multicast, no broadcast."""
+    """"udp://192.168.2.5:5005"; no multicast, no broadcast."""
 
     def __post_init__(self) -> None:
         destination_of(self.to)
 
 
 class JsonSettings(UdpSettings, frozen=True):
-    """JSON: one datagram a list."""
+    """One datagram a list."""
 
     most_bytes: Annotated[int, msgspec.Meta(ge=1000, le=65_000)] = 16_000
-    """Longest datagram; the farthest obstacles beyond it are left out. Ethernet fragments more than 1472 bytes, and
-    one lost fragment loses all."""
+    """Longest datagram, without the farthest obstacles. Ethernet fragments more than 1472 bytes; one lost fragment
+    loses all."""
 
 
 class TtmSettings(UdpSettings, frozen=True):
@@ -70,7 +70,7 @@ class TtmSettings(UdpSettings, frozen=True):
 
 
 class MoosSettings(UdpSettings, frozen=True):
-    """MOOS-IvP: GIVEN_OBSTACLE to pShare, a datagram an obstacle."""
+    """GIVEN_OBSTACLE to pShare, a datagram an obstacle."""
 
     duration_s: Annotated[float, msgspec.Meta(ge=0.5, le=60.0)] = 2.0
     """pObstacleMgr drops an obstacle without an update for this time."""
@@ -83,10 +83,10 @@ FrameName = Annotated[str, msgspec.Meta(pattern="^[A-Za-z][A-Za-z0-9_]*(/[A-Za-z
 
 
 class Ros2Settings(ListSettings, frozen=True):
-    """ROS 2 by DDS: needs `pip install 'ods[ros2]'`."""
+    """DDS: needs `pip install 'ods[ros2]'`."""
 
     interface: Annotated[str, msgspec.Meta(pattern="^[A-Za-z0-9_][A-Za-z0-9_.-]{0,14}$")] = "lo"
-    """The only network interface used. "lo": nodes on this computer."""
+    """The only network interface used. "lo": this computer."""
     domain: Annotated[int, msgspec.Meta(ge=0, le=232)] = 0
     """ROS_DOMAIN_ID of the nodes."""
     peers: Annotated[tuple[str, ...], msgspec.Meta(max_length=16)] = ()
@@ -106,7 +106,7 @@ class Ros2Settings(ListSettings, frozen=True):
     image_hz: Annotated[float, msgspec.Meta(gt=0.0, le=20.0)] = 2.0
     """At most."""
     image_bytes: Annotated[int, msgspec.Meta(ge=1000, le=4_000_000)] = 50_000
-    """Largest image; a larger one gets fewer range samples, each the highest of several."""
+    """Larger images get fewer range samples, each the highest of several."""
 
     def __post_init__(self) -> None:
         for peer in self.peers:

@@ -87,7 +87,7 @@ class Obstacle(msgspec.Struct, frozen=True):
     sigma_height_above_bottom_m: float | None = None
     """Large with a sonar of one plane."""
     moving: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
-    """Probability."""
+    """Probability that it moves."""
     multipath_of: CountOrNone = -1
     """Id of the obstacle of which this one is probably a multipath echo; -1: no sign of that. There may be an object
     all the same."""

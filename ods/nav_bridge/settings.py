@@ -24,7 +24,7 @@ REFUSED_INTERFACES = {
 
 
 class CanSettings(Settings, frozen=True):
-    """The CAN interface, by python-can."""
+    """By python-can."""
 
     interface: str = "socketcan"
     """Driver: socketcan, slcan, pcan, kvaser, virtual ..."""
@@ -33,7 +33,7 @@ class CanSettings(Settings, frozen=True):
     bitrate: PositiveInt | None = None
     """bit/s; not for socketcan."""
     options: dict[str, OptionValue] = msgspec.field(default_factory=dict)
-    """More arguments of python-can's bus class, such as slcan's tty_baudrate."""
+    """Of python-can's bus class, such as slcan's tty_baudrate."""
     receive_buffer_bytes: PositiveInt = 8 * 1024 * 1024
     """The kernel's (socketcan)."""
     silence_s: Seconds = 1.0
@@ -54,7 +54,7 @@ class CanSettings(Settings, frozen=True):
 
 
 class LimitSettings(Settings, frozen=True):
-    """Poses beyond these limits are dropped and counted."""
+    """Poses beyond are dropped and counted."""
 
     horizontal_m: Positive = 100_000.0
     """From the site's origin, along north and east."""
@@ -71,7 +71,7 @@ class LimitSettings(Settings, frozen=True):
 
 
 class SigmaSettings(Settings, frozen=True):
-    """Standard deviations of an INS that reports none."""
+    """Standard deviations (sigmas) of an INS that reports none."""
 
     position_m: Annotated[Positive, slider(0.01, 50.0, log=True, unit="m")] = 0.5
     """North, east and down."""
@@ -82,10 +82,9 @@ class SigmaSettings(Settings, frozen=True):
 
 
 class ObjectSettings(Settings, frozen=True):
-    """An object that needs more than its pose field's name."""
+    """Where the pose field's name is not enough."""
 
     field: str
-    """Pose field."""
     factor: float | None = None
     """Field's unit per count; left out: `Factor` of the EDS, else 1."""
 
@@ -121,24 +120,22 @@ class CanopenSettings(Settings, frozen=True):
     """The INS, and this process as a node."""
 
     ins_eds: Path
-    """EDS or DCF file of the INS."""
+    """EDS or DCF file."""
     node_eds: Path
     """EDS file of this node."""
     ins_node_id: NodeId = 5
-    """Of the INS."""
     node_id: NodeId = 32
     """Of this node."""
     objects: dict[str, str | ObjectSettings] = msgspec.field(default_factory=lambda: dict(POSE_OBJECTS))
-    """Pose field of each object of the INS, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`. Replaces
-    all of the default table (docs/navigation/canopen.md)."""
+    """Pose field of each object, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`. Replaces all of the
+    default table (docs/navigation/canopen.md)."""
     status_bits: dict[str, StatusBit] = msgspec.field(default_factory=lambda: dict(STATUS_BITS))
     """Bit of the status object that is set while position, attitude, velocity, time_of_day or altitude is valid; a
     part left out always is."""
     epoch_window_s: Seconds = 0.005
-    """Without sequence numbers: longest time from first to last PDO of an instant; shorter than between instants."""
+    """Without sequence numbers: from first to last PDO of an instant; shorter than between instants."""
     start_ins: bool = False
-    """Send NMT start to the INS after its boot-up and while it is pre-operational; without heartbeat, while there is
-    no pose."""
+    """NMT start to the INS after boot-up and while it is pre-operational; without heartbeat, while there is no pose."""
     sync_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.0
     """Of this node's SYNC; 0: none."""
     heartbeat_timeout_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 1.0
@@ -148,7 +145,7 @@ class CanopenSettings(Settings, frozen=True):
     emcy_inhibit_s: Annotated[float, msgspec.Meta(ge=0.0, le=6.5)] = 0.1
     """Least time between emergency messages."""
     serial_number: Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)] = 0
-    """In this node's identity object."""
+    """Of this node's identity object."""
 
     def __post_init__(self) -> None:
         if self.node_id == self.ins_node_id:
@@ -168,9 +165,9 @@ class PartSettings(Settings, frozen=True):
     factor: float | None = None
     """Pose field's unit per unit of the signal, instead of `unit`."""
     sign: Literal[1, -1] = 1
-    """-1 inverts the signal: a depth reported as altitude."""
+    """-1: inverted, such as a depth reported as altitude."""
     any_value: bool = False
-    """Use values outside the DBC's range, too."""
+    """Also outside the DBC's range."""
 
     def __post_init__(self) -> None:
         if self.unit is not None and self.factor is not None:
@@ -183,13 +180,13 @@ class SignalSettings(PartSettings, frozen=True):
     """Pose field = sign x factor x value + plus + offset."""
 
     plus: str | PartSettings | None = None
-    """A second signal to add, such as a fraction or lower bits."""
+    """A second signal, such as a fraction or lower bits."""
     offset: float = 0.0
     """In the field's unit."""
 
 
 class HeldSettings(Settings, frozen=True):
-    """A message with a rate of its own, whose newest values are held."""
+    """Newest values of a message with its own rate."""
 
     max_age_s: Seconds = 0.5
     """Held for so long; then no pose."""
@@ -207,20 +204,20 @@ class TimeSettings(Settings, frozen=True):
     unit: str | None = None
     """Of the signal, if the DBC has none or a wrong one."""
     wraps_at: Positive | None = None
-    """Value at which it restarts from 0; left out: an integer's number of bits, others never."""
+    """Restarts from 0 there; left out: an integer's number of bits, others never."""
 
 
 class ValiditySettings(Settings, frozen=True):
     """A status required for poses to be used."""
 
     signal: str
-    """MESSAGE.SIGNAL; its integer as transmitted, without factor and offset."""
+    """MESSAGE.SIGNAL as transmitted, without factor and offset."""
     mask: NonNegativeInt | None = None
     """Bits that count; none: all."""
     accept: list[NonNegativeInt] | None = None
-    """Values, after the mask, that mean valid; none: all bits of the mask set."""
+    """Values after the mask; none: all bits of the mask set."""
     says: str = "pose"
-    """What is not valid otherwise, in the health report."""
+    """Its name in the health report."""
     holds_s: Seconds = 2.0
     """An older status does not count."""
 
@@ -234,7 +231,7 @@ class ValiditySettings(Settings, frozen=True):
 
 
 class DbcSettings(Settings, frozen=True):
-    """An INS whose frames a DBC file describes. Nothing is sent."""
+    """Nothing is sent."""
 
     file: Path
     signals: dict[str, str | SignalSettings]
@@ -244,8 +241,7 @@ class DbcSettings(Settings, frozen=True):
     epoch: list[str] | None = None
     """Messages of one instant in sending order; left out: found by the silence after the last."""
     sequence: list[str] = msgspec.field(default_factory=list)
-    """MESSAGE.SIGNAL of a counter or time stamp that all messages of an instant share, one each; then order does not
-    matter."""
+    """MESSAGE.SIGNAL of a counter or time stamp that all messages of an instant share; then order does not matter."""
     held: dict[str, HeldSettings] = msgspec.field(default_factory=dict)
     """Messages with a rate of their own."""
     window_s: Seconds = 0.008
@@ -271,9 +267,8 @@ TALKER = re.compile(r"^(?!P)[A-Z]{2}(?=[A-Z]{3}$)")
 
 
 class NmeaSettings(Settings, frozen=True):
-    """NMEA 0183 or PD6 of an INS or sensors on one line. Nothing is sent. Each part of the pose names its sentence:
-    GGA of any talker, or INGGA of one.
-    """
+    """NMEA 0183 or PD6 on one line; nothing is sent. Each part of the pose names its sentence: GGA of any talker, or
+    INGGA of one."""
 
     port: str
     """Serial device; "udp://0.0.0.0:10110", to receive datagrams; "socket://192.168.0.5:4001", a serial server."""
@@ -329,19 +324,16 @@ class NmeaSettings(Settings, frozen=True):
 
 
 class NavSettings(Settings, frozen=True):
-    """Source of the vehicle's pose."""
+    """The vehicle's pose."""
 
     source: Literal["canopen", "dbc", "nmea"] = "canopen"
     """Protocol of the INS; its table has the settings."""
     canopen: CanopenSettings | None = None
-    """For source "canopen"."""
     dbc: DbcSettings | None = None
-    """For source "dbc"."""
     nmea: NmeaSettings | None = None
-    """For source "nmea"."""
     can: CanSettings = CanSettings()
     lever_arm_m: Lever = (0.0, 0.0, 0.0)
-    """Point whose position and velocity the INS reports: forward, starboard, down of the body's origin."""
+    """Point that the INS reports: forward, starboard, down of the body's origin."""
     stale_s: Seconds = 0.5
     """Longer without a pose is a problem."""
     clock_jump_s: Seconds = 0.1

@@ -16,7 +16,7 @@ Down = Annotated[float, msgspec.Meta(ge=-1e5, le=1e5)]
 
 
 class SteeringSettings(Settings, frozen=True):
-    """What the vehicle can do, the distance to keep, and what to do without a valid list."""
+    """Also what to do without a valid list."""
 
     cruise_m_s: Positive = 2.0
     """Through the water."""
@@ -35,13 +35,13 @@ class SteeringSettings(Settings, frozen=True):
     expected_s: Seconds = 10.0
     """From `certain_s` to here sigmas count less and less, later not at all."""
     horizon_s: Annotated[float, msgspec.Meta(gt=1.0, le=300.0)] = 30.0
-    """Time ahead for which paths are judged."""
+    """For which paths are judged."""
     headings: Annotated[int, msgspec.Meta(ge=8, le=360)] = 60
     """Tried all around."""
     look_m: Positive = 20.0
-    """With less water ahead known to be empty the vehicle goes slowly."""
+    """With less water ahead known to be empty it goes slowly."""
     reached_m: Positive = 10.0
-    """A way-point counts as reached at this distance; not less than the turning circle."""
+    """Of a way-point; not less than the turning circle."""
     stale_s: Seconds = 1.0
     """An older list counts as not valid."""
     not_valid: Literal["slow", "climb", "turn"] = "climb"
@@ -64,7 +64,7 @@ class SteeringSettings(Settings, frozen=True):
 
 
 class PlannerCanSettings(Settings, frozen=True):
-    """CAN bus of the simulated vehicle."""
+    """To the simulated vehicle."""
 
     eds: Path
     """Of the vehicle (RPDO 1)."""

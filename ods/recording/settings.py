@@ -10,20 +10,20 @@ from ods.tracker.settings import TrackerSettings
 
 
 class RecordSettings(Settings, frozen=True):
-    """Records everything on the bus."""
+    """Everything on the bus."""
 
     on: bool = False
-    """`ods run`, or systemd, runs the recorder."""
+    """By `ods run` or systemd."""
     folder: Path | None = None
     """Each mission gets a folder inside."""
     segment_min: Annotated[float, msgspec.Meta(ge=0.1, le=60.0)] = 10.0
-    """Length of a file; its index is kept in memory."""
+    """Of a file; its index is kept in memory."""
     when_full: Literal["wait", "delete_oldest", "stop"] = "wait"
     """`wait`, `stop`, or `delete_oldest`: the oldest complete file in `folder`."""
     keep_free_mb: NonNegative = 100.0
-    """With less free the disk counts as full: the map needs some."""
+    """With less the disk counts as full: the map needs some."""
     queue_mb: Annotated[float, msgspec.Meta(ge=1.0, le=1000.0)] = 32.0
-    """Memory for messages that wait for the disk; older ones are dropped and counted."""
+    """For messages that wait for the disk; older ones are dropped and counted."""
 
     def __post_init__(self) -> None:
         if self.on and self.folder is None:

@@ -123,13 +123,13 @@ HEALTH_STALE_S = 2.0
 
 
 class BusSettings(Settings, frozen=True):
-    """The bus between processes."""
+    """Between processes."""
 
     run_dir: Path = msgspec.field(default_factory=default_run_dir)
-    """Folder of sockets and locks, under 80 characters. Left out: /run/ods for root and where it exists, else
+    """Sockets and locks; under 80 characters. Left out: /run/ods for root and where it exists, else
     $XDG_RUNTIME_DIR/ods, else ~/.local/state/ods/run."""
     keys: Path | None = None
-    """Other computers' keys (`ods keys`), owned by the user who runs the processes."""
+    """Other computers' keys (`ods keys`), owned by the processes' user."""
     listen: tuple[ListenSettings, ...] = ()
     """For other computers, encrypted."""
 

@@ -52,9 +52,9 @@ class SuperviseSettings(Settings, frozen=True):
     settled_s: Positive = 60.0
     """After running so long the delay is `first_delay_s` again."""
     start_s: Positive = 30.0
-    """Time for the first sign of life; doubled for a process that uses or waits for a processor."""
+    """Longest time to the first sign of life; doubled for a process that uses or waits for a processor."""
     watchdog_s: Positive = 3.0
-    """A process without a sign of life for this time hangs; ten times as long while it waits for a processor."""
+    """Longest time without a sign of life; ten times as long while it waits for a processor."""
     stop_s: Positive = 1.5
     """From SIGTERM to SIGKILL."""
 

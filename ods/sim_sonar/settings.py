@@ -15,7 +15,7 @@ Blindness = Literal["zeros", "dead_beams", "cut_beams", "head_blocked", "saturat
 
 
 class FaultSettings(Settings, frozen=True):
-    """A simulated fault, to check that the on-board side recovers."""
+    """On the simulated side."""
 
     kind: Literal["serial_unplugged", "sonar_silent", "sonar_garbage", "ins_silent", "ins_steps", "loud"] | Blindness
     """serial_unplugged: the sonar's line disappears; sonar_silent, ins_silent: the device sends nothing;
@@ -28,7 +28,7 @@ class FaultSettings(Settings, frozen=True):
 
 
 class VehicleSettings(Settings, frozen=True):
-    """What that vehicle can do."""
+    """What the vehicle can do."""
 
     least_m_s: NonNegative = 1.0
     """Slower, it does not steer."""
@@ -44,7 +44,7 @@ class VehicleSettings(Settings, frozen=True):
 
 
 class ObeyingVehicle(Settings, frozen=True):
-    """A vehicle that obeys set points over CAN, from where the scene puts it."""
+    """Obeys set points over CAN, from where the scene puts it."""
 
     eds: Path
     """Of its CANopen node (RPDO 1)."""
@@ -60,7 +60,7 @@ class SimSettings(Settings, frozen=True):
     scene: Path
     sonar: Path
     ins: Literal["canopen", "dbc", "nmea"] = "canopen"
-    """The simulated INS; nav.source on board must be the same."""
+    """nav.source on board must be the same."""
     ins_eds: Path | None = None
     """Of "canopen"."""
     ins_dbc: Path | None = None
@@ -68,9 +68,9 @@ class SimSettings(Settings, frozen=True):
     can: Literal["auto", "vcan0", "slcan"] = "auto"
     """auto: vcan0 where the kernel has it, else slcan."""
     sonar_line: Literal["serial", "tcp", "oculus", "norbit", "ping360", "ping360_udp", "sonar3d15"] = "serial"
-    """serial: s7k records on a pseudo-terminal; tcp: the same in network frames, for one client; oculus, norbit: by
-    TCP; ping360, ping360_udp: a Ping360 on a pseudo-terminal, or behind a bridge; sonar3d15: by multicast. All
-    networks at 127.0.0.1."""
+    """serial: s7k on a pseudo-terminal; tcp: the same in network frames, for one client; oculus, norbit: by TCP;
+    ping360, ping360_udp: a Ping360 on a pseudo-terminal, or behind a bridge; sonar3d15: by multicast. Networks at
+    127.0.0.1."""
     sonar_tcp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 7000
     """Unless serial."""
     sonar_status_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 52102
@@ -80,9 +80,9 @@ class SimSettings(Settings, frozen=True):
     sonar_udp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 9092
     """Of ping360_udp's bridge, or sonar3d15's multicast group."""
     boot_s: NonNegative = 2.0
-    """From the ports' appearance to the first ping."""
+    """Before the first ping."""
     sonar_latency_ms: NonNegative = 2.0
-    """From the last echo to the first byte on the line; the bench sets it on board, too."""
+    """From the last echo to the first byte; the bench sets it on board, too."""
     pose_rate_hz: Positive = 100.0
     vehicle: ObeyingVehicle | None = None
     """None: the vehicle moves as the scene says."""

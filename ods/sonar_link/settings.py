@@ -30,29 +30,30 @@ class SonarSettings(Settings, frozen=True):
     baud: Annotated[int, msgspec.Meta(ge=300, le=100_000_000)] = 12_000_000
     """bit/s."""
     publish_raw: bool = False
-    """Publish the line's bytes as `raw`, for the recorder."""
+    """Publish the line's bytes for the recorder."""
     latency_ms: Annotated[float, msgspec.Meta(ge=-200.0, le=60_000.0), slider(-50.0, 1000.0, unit="ms")] = 0.0
     """From the last echo's arrival to its record's first byte. Below 0 only to compensate for a later INS."""
     max_record_bytes: Annotated[int, msgspec.Meta(ge=1024, le=64 * 1024 * 1024)] = 4 * 1024 * 1024
     """A header with a larger size is noise."""
     record_timeout_s: Seconds = 1.0
-    """Longer than the longest record takes; slower ones are dropped. A false header delays pings by as much at most."""
+    """Slower records are dropped; a false header delays pings by as much at most. Longer than the longest record
+    takes."""
     reopen_min_s: Seconds = 0.1
-    """Pause before a lost port is reopened; doubles with every failure."""
+    """Before a lost port is reopened; doubles with every failure."""
     reopen_max_s: Seconds = 1.0
-    """Longest such pause."""
+    """At most."""
     silence_s: NonNegativeSeconds = 5.0
-    """A TCP or UDP peer silent for so long is connected again; 0: never."""
+    """A TCP or UDP peer silent so long is connected again; 0: never."""
     range_m: SonarRange | None = None
-    """Set after each connection; left out: unchanged."""
+    """Left out: unchanged."""
     power_db: SonarLevel | None = None
-    """Likewise transmit power, dB re 1 uPa at 1 m."""
+    """Likewise; dB re 1 uPa at 1 m."""
     gain_db: SonarLevel | None = None
-    """Likewise receiver gain."""
+    """Likewise."""
     control_repeat_s: Seconds = 1.0
-    """A setting without effect is sent again after this time."""
+    """A setting without effect is sent again after so long."""
     control_attempts: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
-    """Times a setting is sent before it counts as not accepted."""
+    """Then it counts as not accepted."""
     mounting: MountingSettings = MountingSettings()
     s7k: S7kSettings = S7kSettings()
     oculus: OculusSettings = OculusSettings()

@@ -31,7 +31,7 @@ Probability = Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)]
 
 
 class MotionSettings(Settings, frozen=True):
-    """How objects move: process noise of the Kalman filters."""
+    """Process noise of the Kalman filters."""
 
     velocity_sigma: Annotated[Positive, slider(0.01, 10.0, log=True, unit="m/s")] = 1.0
     """Of a new moving object, north and east, m/s."""
@@ -55,7 +55,7 @@ class MotionSettings(Settings, frozen=True):
 
 
 class EchoSettings(Settings, frozen=True):
-    """Rates of detections, missed detections and false alarms."""
+    """Detections, missed detections and false alarms."""
 
     detection_probability: Annotated[Probability, slider(0.05, 0.99, step=0.01)] = 0.9
     """That an object in full view is detected in a scan."""
@@ -76,20 +76,20 @@ class EchoSettings(Settings, frozen=True):
 
 
 class LifeSettings(Settings, frozen=True):
-    """When an object's state changes [SSIE figure 5]."""
+    """Changes of an object's state [SSIE figure 5]."""
 
     confirm_echoes: Annotated[int, msgspec.Meta(ge=2), slider(2, 10)] = 3
-    """Echoes before a new object is reported."""
+    """Before a new object is reported."""
     confirm_existence: Annotated[Probability, slider(0.5, 0.99, step=0.01)] = 0.99
-    """Existence probability before a new object is reported. More: fewer false obstacles, later confirmation."""
+    """Before a new object is reported. More: fewer false obstacles, later confirmation."""
     drop_existence: Annotated[Probability, slider(0.05, 0.95, step=0.01)] = 0.4
-    """A reported object below this existence probability is dropped."""
+    """Below, a reported object is dropped."""
     edge_sigmas: Annotated[NonNegative, slider(0.0, 5.0, step=0.1)] = 2.0
-    """A missed detection counts only if the prediction lies so far inside the sector."""
+    """A missed detection counts only if predicted so far inside the sector."""
     silent_s: Annotated[Positive, slider(0.5, 30.0, step=0.5, unit="s")] = 3.0
-    """Without an echo for so long an object in view goes to stand-by."""
+    """Without an echo so long an object in view goes to stand-by."""
     stand_by_s: Annotated[Positive, slider(1.0, 120.0, step=1.0, unit="s")] = 10.0
-    """Without an echo for so long an object out of view is hibernated (static) or terminated (moving)."""
+    """Without an echo so long an object out of view is hibernated (static) or terminated (moving)."""
     lost_sigma_m: Annotated[Positive, slider(0.5, 20.0, step=0.5, unit="m")] = 4.0
     """Position sigma beyond which an unobserved object goes to stand-by, and one on stand-by ends."""
 
@@ -98,26 +98,25 @@ class PlannerSettings(Settings, frozen=True):
     """The obstacle list to the path planner."""
 
     period_s: Annotated[float, msgspec.Meta(gt=0.0, le=0.5), slider(0.05, 0.5, step=0.05, unit="s")] = 0.4
-    """Time between lists while no detections arrive."""
+    """Between lists while no detections arrive."""
     announce_ended: Annotated[PositiveInt, slider(1, 20, unit="lists")] = 5
     """Lists in a row that report an ended object as `terminated`."""
     most_listed: Annotated[PositiveInt, slider(10, 2000, step=10)] = 1000
-    """Most objects in a list: the nearest."""
+    """The nearest."""
     shape_sigma: Annotated[NonNegative, slider(0.0, 1.0, step=0.05)] = 0.2
-    """Sigma of horizontal position and radius that no number of echoes reduces, in radii: only the near side is
-    visible."""
+    """Of horizontal position and radius, in radii, whatever the number of echoes: only the near side is visible."""
     hibernated_within_m: Annotated[NonNegative, slider(0.0, 500.0, step=10.0, unit="m")] = 150.0
-    """Hibernated objects are listed within this distance of the vehicle."""
+    """Of the vehicle."""
     lead_times_s: Annotated[
         tuple[Annotated[NonNegative, slider(0.0, 120.0, unit="s")], ...], msgspec.Meta(max_length=20)
     ] = (5.0, 10.0, 20.0)
     """Times ahead for which positions are predicted."""
     approach_horizon_s: Annotated[Positive, slider(10.0, 600.0, step=10.0, unit="s")] = 300.0
-    """Longest time ahead of the closest point of approach."""
+    """For closest points of approach."""
 
 
 class BottomSettings(Settings, frozen=True):
-    """Which objects on the bottom are listed, if the vehicle's altitude is known."""
+    """Objects on the bottom, if the vehicle's altitude is known."""
 
     clearance_m: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m")] = 1.0
     """An object that rises higher above the bottom is an obstacle."""
@@ -126,13 +125,13 @@ class BottomSettings(Settings, frozen=True):
     risk: Annotated[Probability, slider(0.001, 0.1, log=True)] = 0.01
     """Highest probability that an object left out rises higher."""
     slope_deg: Annotated[float, msgspec.Meta(ge=0.0, le=45.0), slider(0.0, 45.0, step=0.5, unit="deg")] = 5.0
-    """Sigma of the bottom's mean slope from the vehicle to an object."""
+    """Sigma of the bottom's mean slope from vehicle to object."""
     roughness_m: Annotated[NonNegative, slider(0.0, 2.0, step=0.05, unit="m")] = 0.2
     """Sigma of the bottom's height about that slope."""
 
 
 class SurfaceSettings(Settings, frozen=True):
-    """Which surface waves are listed, where the fan meets the surface."""
+    """Waves, where the fan meets the surface."""
 
     down_m: float = 0.0
     """Down coordinate of the surface; 0: the site's heights count from the surface."""
@@ -144,27 +143,27 @@ class SurfaceSettings(Settings, frozen=True):
 
 
 class ClearanceSettings(Settings, frozen=True):
-    """The message `clearance`: water around the vehicle that is known to be empty."""
+    """The message `clearance`: water known to be empty."""
 
     sectors: Annotated[int, msgspec.Meta(ge=8, le=360), slider(8, 360)] = 72
     """Clockwise from north."""
     half_height_m: Annotated[NonNegative, slider(0.1, 5.0, log=True, unit="m")] = 0.3
     """The fan must cover as much above and below the vehicle's origin."""
     fastest_m_s: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m/s")] = 2.0
-    """Assumed largest horizontal speed of unobserved objects."""
+    """Largest horizontal speed of unobserved objects."""
     fastest_vertical_m_s: Annotated[Positive, slider(0.05, 5.0, log=True, unit="m/s")] = 0.5
-    """The same, vertical."""
+    """Largest vertical speed of unobserved objects."""
 
 
 class MapSettings(Settings, frozen=True):
-    """The store of hibernated objects."""
+    """Hibernated objects."""
 
     path: Path | None = None
     """SQLite file; none: the map is lost when the process ends."""
     position_sigma_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.1, unit="m")] = 0.5
-    """Added to the north and east sigmas of an earlier mission's objects: the pose error between missions."""
+    """Added to north and east of an earlier mission's objects: the pose error between missions."""
     minimum_times_seen: Annotated[NonNegativeInt, slider(0, 50)] = 5
-    """Objects with fewer echoes are not stored for the next mission."""
+    """Objects with fewer echoes are not kept for the next mission."""
 
 
 class TrackerSettings(Settings, frozen=True):
@@ -175,8 +174,7 @@ class TrackerSettings(Settings, frozen=True):
     observer: str = "manoeuvring"
     """The filters of an object's state."""
     association: str = "probabilistic"
-    """How echoes are assigned: `nearest` (one each, largest sum of scores) or `probabilistic` (all possible ones,
-    weighted)."""
+    """Of echoes: `nearest` (one each, largest sum of scores) or `probabilistic` (all possible ones, weighted)."""
     motion: MotionSettings = MotionSettings()
     echo: EchoSettings = EchoSettings()
     life: LifeSettings = LifeSettings()

@@ -8,7 +8,7 @@ from ods.base.settings import NonNegative, PositiveInt, Settings, slider
 
 
 class RangeImageSettings(Settings, frozen=True):
-    """Range images of a 3-D sonar, which do not go through the stages."""
+    """3-D sonars, which do not use the stages."""
 
     least_pixels: Annotated[PositiveInt, slider(1, 50)] = 6
     """Objects of fewer pixels are noise."""
@@ -16,6 +16,6 @@ class RangeImageSettings(Settings, frozen=True):
     """Neighbouring pixels are one object if their ranges differ by no more, beside what a surface 10 degrees off the
     line of sight explains."""
     largest_m: Annotated[float, msgspec.Meta(ge=0.1, le=100.0), slider(0.2, 10.0, step=0.1, unit="m")] = 1.0
-    """Largest radius of a circle: larger objects, such as walls, are cut into pieces in cells fixed in the world."""
+    """Largest radius: larger objects, such as walls, are cut into pieces in cells fixed in the world."""
     bottom_m: Annotated[NonNegative, slider(0.0, 3.0, step=0.05, unit="m")] = 0.3
-    """Points lower over an even bottom are no object; 0: no bottom is sought."""
+    """Points lower over an even bottom are no object; 0: all may be."""

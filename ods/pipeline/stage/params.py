@@ -27,10 +27,10 @@ class MeanRangeParams(Settings, frozen=True):
     window: Annotated[PositiveInt, slider(10, 400, step=2, unit="samples")] = 160
     """Surroundings, range samples; structures longer than half of it are levelled."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.25
-    """A range's level up to this multiple of its surroundings' is levelled in full."""
+    """A level up to this multiple of its surroundings' is levelled in full."""
     side_lobe_db: Annotated[Positive, slider(10.0, 60.0, step=1.0, unit="dB")] = 30.0
-    """The level of a range is at least this far below its strongest sample, which suppresses side lobes in other
-    beams: use 5 dB more than the beams' side-lobe suppression."""
+    """The level of a range is at least so far below its strongest sample, against side lobes in other beams: 5 dB more
+    than the beams' side-lobe suppression."""
 
 
 class MedianRangeParams(Settings, frozen=True):
@@ -50,7 +50,7 @@ class LocalParams(Settings, frozen=True):
     range_blocks: Annotated[PositiveInt, slider(1, 64)] = 16
     """Blocks of range; structures longer than two are levelled."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.2
-    """A block's level within this factor of its surroundings' is levelled in full."""
+    """A level within this factor of its surroundings' is levelled in full."""
 
 
 class BoxParams(Settings, frozen=True):
@@ -63,7 +63,7 @@ class BoxParams(Settings, frozen=True):
 
 
 class FirParams(Settings, frozen=True):
-    """filter.fir: low-pass filter, Hamming-windowed sinc [SSIE, Image processing, stage 2]."""
+    """filter.fir: Hamming-windowed sinc [SSIE, Image processing, stage 2]."""
 
     taps: Annotated[OddInt, slider(1, 61, unit="samples")] = 9
     """Range samples."""
@@ -133,7 +133,7 @@ class PingIirParams(Settings, frozen=True):
     weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0), slider(0.02, 1.0, step=0.02)] = 0.4
     """Weight of the newest ping."""
     longest_gap_s: Annotated[Positive, slider(0.2, 20.0, log=True, unit="s")] = 2.0
-    """After a longer pause earlier pings are discarded."""
+    """A longer pause discards earlier pings."""
 
 
 class PingMedianParams(Settings, frozen=True):
@@ -142,7 +142,7 @@ class PingMedianParams(Settings, frozen=True):
     pings: Literal[3, 5, 7] = 3
     """Pings, the newest included."""
     longest_gap_s: Annotated[Positive, slider(0.2, 20.0, log=True, unit="s")] = 2.0
-    """After a longer pause earlier pings are discarded."""
+    """A longer pause discards earlier pings."""
 
 
 class BackgroundParams(Settings, frozen=True):
@@ -151,13 +151,13 @@ class BackgroundParams(Settings, frozen=True):
     weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0), slider(0.002, 1.0, log=True)] = 0.02
     """Weight of the newest ping."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 5.0, step=0.1)] = 1.5
-    """A cell's mean within this factor of its range's is levelled in full."""
+    """A mean within this factor of its range's is levelled in full."""
     longest_gap_s: Annotated[Positive, slider(0.5, 60.0, log=True, unit="s")] = 10.0
-    """After a longer pause earlier pings are discarded."""
+    """A longer pause discards earlier pings."""
 
 
 class GroupParams(Settings, frozen=True):
-    """How cells are connected to regions, and which regions count."""
+    """How cells become regions, and which regions count."""
 
     connectivity: Literal[4, 8] = 8
     """8: cells at a corner are connected; 4: only at a side."""
@@ -170,8 +170,7 @@ class GroupParams(Settings, frozen=True):
     max_extent_m: Annotated[NonNegative, slider(0.0, 50.0, step=0.5, unit="m")] = 0.0
     """Larger regions, in range or across, are dropped; 0: none."""
     strongest: Annotated[Fraction, slider(0.01, 1.0, step=0.01)] = 1.0
-    """A region must contain one of the strongest samples of the ping, this share: equalization raises silent parts. 1:
-    off."""
+    """A region must contain one of the ping's strongest samples, this share: equalization raises silent parts. 1: off."""
     border: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 4.0, step=0.05)] = 1.0
     """Factor on the threshold within 2 beams or 4 range samples of the image's border, where filters double the noise.
     1: off."""
@@ -187,9 +186,9 @@ class TwoLevelParams(GroupParams, frozen=True):
     * background; absolute: levels of the filtered image; false_alarm: the high level follows from `rate`, the low
     one as with noise."""
     high: Annotated[Positive, slider(2.0, 20.0, step=0.1)] = 6.0
-    """A region must contain a cell above this level. By default one in fifty images of filtered speckle has one."""
+    """A region must contain a higher cell. By default one in fifty images of filtered speckle has one."""
     low: Annotated[Positive, slider(0.5, 10.0, step=0.1)] = 2.5
-    """Connected cells above this level belong to the region."""
+    """Higher cells connected with it belong to the region."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
     """With "false_alarm": share of the cells without echoes above the high level."""
     follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.6
@@ -207,12 +206,12 @@ class TwoLevelParams(GroupParams, frozen=True):
 
 
 class OneLevelParams(GroupParams, frozen=True):
-    """detect.one_level: cells above one level; for comparison with detect.two_level."""
+    """detect.one_level: cells above one level, for comparison."""
 
     levels: Literal["noise", "background", "absolute", "false_alarm"] = "noise"
     """Unit of `level`, as in detect.two_level."""
     level: Annotated[Positive, slider(1.0, 20.0, step=0.1)] = 5.0
-    """Cells above this level are echoes."""
+    """Higher cells are echoes."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
     """As in detect.two_level."""
     follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.6
@@ -220,14 +219,14 @@ class OneLevelParams(GroupParams, frozen=True):
 
 
 class CfarParams(GroupParams, frozen=True):
-    """detect.cfar: cells above their own surroundings in range (H. Rohling, IEEE Trans. AES 19, 1983)."""
+    """detect.cfar: cells above their surroundings in range (H. Rohling, IEEE Trans. AES 19, 1983)."""
 
     method: Literal["ca", "goca", "soca", "os"] = "ca"
     """Level of the surroundings: mean, the greater or the smaller side's mean, or an order statistic."""
     guard: Annotated[PositiveInt, slider(1, 120, unit="samples")] = 24
     """Range samples ignored on each side of a cell."""
     train: Annotated[PositiveInt, slider(1, 200, unit="samples")] = 48
-    """Range samples beyond these, on each side: the surroundings."""
+    """Range samples beyond these, on each side."""
     rank: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.05, 0.95, step=0.05)] = 0.75
     """os: quantile of the surroundings."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6

@@ -12,7 +12,7 @@ FOREVER_S = 1e9
 
 
 class Tvg(Settings, frozen=True, kw_only=True):
-    """Losses in the water, and the time-varying gain that should compensate for them."""
+    """Losses in the water, and the gain against them."""
 
     spreading_db: NonNegative = 40.0
     """dB a decade of range, two-way."""
@@ -27,7 +27,7 @@ class Tvg(Settings, frozen=True, kw_only=True):
 
 
 class Belt(Settings, frozen=True, kw_only=True):
-    """A belt of ranges where the gain is wrong."""
+    """Ranges where the gain is wrong."""
 
     from_m: NonNegative
     to_m: Positive
@@ -55,13 +55,13 @@ class _Arc(Settings, frozen=True, kw_only=True):
 
 
 class Dropout(_Arc, frozen=True, kw_only=True):
-    """A dark arc over all beams; with a width beyond the range, a lost image."""
+    """A dark arc over all beams; wider than the range, a lost image."""
 
     gain_db: Annotated[float, msgspec.Meta(le=0.0)] = -20.0
 
 
 class DropIn(_Arc, frozen=True, kw_only=True):
-    """A bright arc over all beams: the gain jumps."""
+    """A bright arc over all beams."""
 
     gain_db: NonNegative = 10.0
 
@@ -85,7 +85,7 @@ class Interference(Settings, frozen=True, kw_only=True):
 
 
 class LoudSpell(Settings, frozen=True, kw_only=True):
-    """More noise in some beams for a time; beyond full scale, saturated beams."""
+    """More noise in some beams; beyond full scale, saturated beams."""
 
     level_counts: Positive
     """Root mean square amplitude."""
@@ -99,7 +99,7 @@ class LoudSpell(Settings, frozen=True, kw_only=True):
 
 
 class SecondWay(Settings, frozen=True, kw_only=True):
-    """A longer path, over the surface say, by which each echo arrives a second time."""
+    """A longer path by which each echo arrives a second time."""
 
     longer_m: Positive
     """Added slant range."""

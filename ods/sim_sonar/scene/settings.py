@@ -46,7 +46,7 @@ class Path(Settings, frozen=True, kw_only=True):
 
 
 class Oscillation(Settings, frozen=True, kw_only=True):
-    """A sine about the mean: amplitude_deg * sin(2 pi t / period_s + phase_deg)."""
+    """amplitude_deg * sin(2 pi t / period_s + phase_deg)."""
 
     amplitude_deg: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.0
     period_s: Positive = 10.0
@@ -54,12 +54,12 @@ class Oscillation(Settings, frozen=True, kw_only=True):
 
 
 class VehiclePath(Path, frozen=True, kw_only=True):
-    """The vehicle's path and attitude, and its sonar."""
+    """The vehicle and its sonar."""
 
     heading_deg: float = 0.0
     """Mean, from north to east."""
     follow_path: bool = False
-    """Head along the horizontal velocity instead, wherever there is one."""
+    """Head along the horizontal velocity instead."""
     roll: Oscillation = Oscillation()
     """Roll about 0."""
     pitch: Oscillation = Oscillation()
@@ -67,8 +67,7 @@ class VehiclePath(Path, frozen=True, kw_only=True):
     yaw: Oscillation = Oscillation()
     """Yaw about the heading."""
     mounting: MountingSettings | None = None
-    """Where the head really is; left out: as `[sonar.mounting]` on the bench, else at the vehicle's origin, looking
-    ahead."""
+    """Left out: as `[sonar.mounting]` on the bench, else at the vehicle's origin, looking ahead."""
 
 
 class _Object(Path, frozen=True, kw_only=True, tag_field="shape"):
@@ -93,7 +92,7 @@ class Cylinder(_Object, frozen=True, kw_only=True, tag="cylinder"):
     length_m: Positive
     """Along the axis."""
     axis_ned: Triple = (0.0, 0.0, 1.0)
-    """Direction, any length but zero."""
+    """Any length but zero."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -101,10 +100,10 @@ class Cylinder(_Object, frozen=True, kw_only=True, tag="cylinder"):
 
 
 class Plane(_Object, frozen=True, kw_only=True, tag="plane"):
-    """A flat rectangle, seen from both sides; without width_m and height_m it is unbounded (a wall)."""
+    """A flat rectangle, seen from both sides; without width_m and height_m unbounded (a wall)."""
 
     normal_ned: Triple
-    """Direction, any length but zero."""
+    """Any length but zero."""
     width_m: Positive | None = None
     """Horizontal side (the northern one where the normal is vertical)."""
     height_m: Positive | None = None
@@ -126,7 +125,7 @@ class SceneFile(Settings, frozen=True, kw_only=True):
     """A scene: config/scenes/NAME.toml."""
 
     seed: NonNegativeInt
-    """Of everything random; the same seed gives the same bytes."""
+    """The same seed gives the same bytes."""
     duration_s: Positive = 60.0
     shadows: bool = True
     """Nearer objects hide what lies behind them."""

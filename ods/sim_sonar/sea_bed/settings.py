@@ -18,13 +18,13 @@ class Roughness(Settings, frozen=True, kw_only=True):
     seed: NonNegativeInt | None = None
     """The scene's own by default."""
     facets: Annotated[int, msgspec.Meta(ge=8, le=2000)] = 512
-    """Facets along each side of the square after which the heights repeat."""
+    """Along each side of the square after which the heights repeat."""
     facet_m: Positive | None = None
     """A quarter of the correlation length by default."""
 
 
 class SeaBed(Settings, frozen=True, kw_only=True):
-    """A plane, level or not, with or without heights above it."""
+    """A plane, with or without heights above it."""
 
     depth_m: float
     """Down coordinate at north 0, east 0."""
@@ -34,7 +34,7 @@ class SeaBed(Settings, frozen=True, kw_only=True):
     """Heading towards which the plane falls."""
     rough: Roughness | None = None
     file: Path | None = None
-    """Heights from an .npz file instead, relative to the scene file."""
+    """.npz file of heights instead."""
     surface: Surface = Surface()
     """How it reflects."""
 

@@ -6,7 +6,7 @@ from ods.base.settings import Settings
 
 
 class RecordingsSettings(Settings, frozen=True):
-    """Files of recorded sonar images."""
+    """Recorded sonar images."""
 
     plugins: tuple[Path, ...] = ()
     """Python files, or modules, with decoders."""

@@ -23,7 +23,7 @@ class Ping360Settings(Settings, frozen=True):
     sector_deg: Annotated[float, msgspec.Meta(ge=20.0, le=360.0)] = 120.0
     """About the mark; 90 degrees take 1.5 to 9 s, by the range."""
     steps: Annotated[int, msgspec.Meta(ge=1, le=10)] = 1
-    """Motor steps of 0.9 degrees between beams, which are 2 degrees wide."""
+    """Motor steps of 0.9 degrees between beams 2 degrees wide."""
     samples: Annotated[int, msgspec.Meta(ge=200, le=1200)] = 1200
     """Most a beam."""
     gain: Literal["low", "normal", "high"] = "normal"

@@ -9,4 +9,4 @@ class S7kSettings(Settings, frozen=True):
     """RESON 7k Data Format."""
 
     samples_record: Literal[7042, 7018] = 7042
-    """Record of the samples, subscribed to over tcp://; on a serial line both are read."""
+    """Samples subscribed to over tcp://; on a serial line both are read."""
