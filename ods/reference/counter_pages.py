@@ -1,6 +1,7 @@
 """Pages of the counters."""
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 from ods.reference.markdown import head, row, table
 from ods.runtime.counters import COUNTERS, CounterRow
@@ -14,42 +15,46 @@ COUNTERS_HEAD = """# Counters
 
 Generated from `ods/runtime/counters.py` by `make docs`.
 
-A counter that rises means that data is lost or a device misbehaves, unless the pages say *(normal)*. Each process
-sends its counters in its [health report](../messages/requests.md#health); `ods watch` shows those that are not 0, and
-`ods doctor --listen` those of `sonar` and `nav`. The recorder and `ods detect` print theirs at the end.
+A counter under *trouble* rises when data is lost or a device misbehaves. Each process sends its counters in its
+[health report](../messages/requests.md#health); `ods watch` shows those that are not 0, and `ods doctor --listen` those
+of `sonar` and `nav`. The recorder and `ods detect` print theirs at the end.
 
 """
-NORMAL = " *(normal)*"
-COLUMNS = ("counter", "counts")
+
+
+class Line(NamedTuple):
+    """A counter as the pages show it."""
+
+    name: str
+    meaning: str
+    trouble: bool
 
 
 def counter_pages() -> dict[str, str]:
     """Return the index of the counters, and a page for each process or group: name and text."""
-    owners = dict[str, list[str]]()
-    """Who has a row, by its meaning."""
-    names = dict[tuple[str, ...], dict[str, list[str]]]()
+    owners = dict[Line, list[str]]()
     for where, rows in COUNTERS.items():
-        for name, meaning in dict.fromkeys(map(_said, rows.values())):
-            owners.setdefault(f"{name} {meaning}", []).append(where)
-    for rows in COUNTERS.values():
-        for name, meaning in dict.fromkeys(map(_said, rows.values())):
-            same = names.setdefault(tuple(owners[f"{name} {meaning}"]), {}).setdefault(meaning, [])
-            if name not in same:
-                same.append(name)
-    sections = {_title(group): (group, _table(meanings)) for group, meanings in names.items()}
+        for line in dict.fromkeys(map(_line, rows.values())):
+            owners.setdefault(line, []).append(where)
+    groups = dict[tuple[str, ...], list[Line]]()
+    for line, group in owners.items():
+        groups.setdefault(tuple(group), []).append(line)
     found: dict[str, str] = dict.fromkeys(["README", *PROCESS_COUNTERS], "")
-    for title, (group, text) in sections.items():
-        pages = {_counter_page(where) for where in group}
-        found[pages.pop() if len(pages) == 1 else "README"] += f"\n## {title}\n\n{text}"
+    for wheres, lines in groups.items():
+        pages = {_counter_page(where) for where in wheres}
+        found[pages.pop() if len(pages) == 1 else "README"] += f"\n## {_title(wheres)}\n\n{_tables(lines)}"
     several = found.pop("README")
-    made = {f"counters/{page}.md": head("Counters", PROCESS_COUNTERS[page]) + text for page, text in found.items()}
-    index = table(("page", "counters of"), (row(f"[{_capital(PROCESS_COUNTERS[page])}]({page}.md)", _listed(page))
-                                            for page in PROCESS_COUNTERS))  # fmt: skip
-    return {"counters/README.md": f"{COUNTERS_HEAD}{index}{several}", **made}
+    index = table(
+        ("page", "counters of"),
+        (row(f"[{_capital(title)}]({page}.md)", _listed(page)) for page, title in PROCESS_COUNTERS.items()),
+    )
+    return {"counters/README.md": f"{COUNTERS_HEAD}{index}{several}"} | {
+        f"counters/{page}.md": head("Counters", PROCESS_COUNTERS[page]) + text for page, text in found.items()
+    }
 
 
-def _said(counter: CounterRow) -> tuple[str, str]:
-    """Return a counter's name and meaning; those of one kind, a counter for each topic, have the same ones."""
+def _line(counter: CounterRow) -> Line:
+    """Return the line of a counter; those of one kind, a counter for each topic, have the same one."""
     name, meaning = counter.name, counter.meaning
     _, _, topic = name.partition("_")
     if f"`{topic}`" in meaning:
@@ -58,13 +63,19 @@ def _said(counter: CounterRow) -> tuple[str, str]:
         meaning = counter.advice
     elif counter.advice:
         meaning += f". {_capital(counter.advice)}"
-    return name, f"{meaning}{'' if counter.trouble else NORMAL}"
+    return Line(name, meaning, counter.trouble)
 
 
-def _table(meanings: dict[str, list[str]]) -> str:
-    """Return the table of counters by their meaning; those with the same one share a row."""
-    return table(COLUMNS, (row(", ".join(f"`{name}`" for name in names), meaning)
-                           for meaning, names in meanings.items()))  # fmt: skip
+def _tables(lines: Iterable[Line]) -> str:
+    """Return the table of the counters that mean trouble, and that of the others; same meanings share a row."""
+    names: dict[bool, dict[str, list[str]]] = {True: {}, False: {}}
+    for line in lines:
+        names[line.trouble].setdefault(line.meaning, []).append(f"`{line.name}`")
+    tables = (
+        table(("", title), (row(", ".join(same), meaning) for meaning, same in names[trouble].items()))
+        for trouble, title in ((True, "trouble"), (False, "normal"))
+    )
+    return "\n".join(filter(None, tables))
 
 
 def _title(group: Iterable[str]) -> str:

@@ -54,8 +54,8 @@ SHARED = {
 }
 """Types and meanings of fields that several messages have."""
 
-FIELDS = """A field is a float unless its type follows its name: `float[3]` are three, `text[]` a list, `?`: or none; the
-schema has the limits. Where the pages say no more:
+FIELDS = """A field is a float unless its type follows: `float[3]` are three, `text[]` a list, `?` may be none; the schema
+has the limits. Where the pages say no more:
 
 """
 COLUMNS = ("field", "meaning")

@@ -10,8 +10,7 @@ from ods.base.field_docs import field_docs
 from ods.base.settings import Settings
 from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
-from ods.reference.markdown import head, row
-from ods.reference.markdown import table as markdown_table
+from ods.reference.markdown import head, row, table as markdown_table
 from ods.reference.type_names import choices, default_of, limits
 
 SETTINGS = {

@@ -63,7 +63,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     "listen": (
         CounterRow("passed_messages", "messages passed on, per address", trouble=False),
         CounterRow("admitted_clients", "clients let in by their key", trouble=False),
-        CounterRow("refused_clients", "clients refused: their key is not in the list, or no longer"),
+        CounterRow("refused_clients", "clients refused: their key is not, or no longer, in the list"),
         CounterRow("hang_ups", "times an address's clients were disconnected: a key was revoked", trouble=False),
         CounterRow("listen_errors", "failed attempts to listen: the port is taken, or the interface is missing"),
     ),
@@ -73,7 +73,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("pings", "pings published", trouble=False),
         CounterRow("beams", "beams of a mechanically scanned sonar, made into pings", trouble=False),
         CounterRow("lost_pings", "ping numbers without a complete ping", logged=True,
-                   advice="pings arrive incomplete: noise, a full line, or a busy processor"),
+                   advice="ping numbers without a complete ping: noise, a full line, or a busy processor"),
         CounterRow("duplicate_pings", "samples of a ping already published"),
         CounterRow("ping_number_restarts", "gaps of more than 1000 ping numbers: the sonar restarted",
                    logged=True),
@@ -105,17 +105,17 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("bad_remote_control", "unusable answers to remote control", logged=True),
         CounterRow("unsupported_layout", "samples in an unknown layout", logged=True),
         CounterRow("data_without_settings", "samples without record 7000", logged=True,
-                   advice="switch record 7000 on at the sonar, for every ping"),
+                   advice="samples without record 7000: switch it on at the sonar, for every ping"),
         CounterRow("data_without_geometry", "samples without record 7004", logged=True,
-                   advice="switch record 7004 on at the sonar, for every ping"),
+                   advice="samples without record 7004: switch it on at the sonar, for every ping"),
         CounterRow("bad_ping", "samples that do not fit settings and beam table", logged=True),
         CounterRow("no_device_time", "pings stamped by arrival: the sonar reports no time", trouble=False,
                    logged=True),
         CounterRow("device_clock_jumps", "jumps of the sonar's clock"),
         CounterRow("wild_device_times", "time stamps off the sonar's clock by more than 0.5 s"),
         CounterRow("pings_held_back", "pings more than 0.5 s late by the sonar's clock", logged=True,
-                   advice="the line holds pings back; if the sonar's clock stood still, as a player's that paused, "
-                   "start sonar again"),
+                   advice="pings more than 0.5 s late by the sonar's clock: the line holds them back; if that clock "
+                   "stood still, as a player's that paused, start sonar again"),
         CounterRow("port_opens", "times the port was opened", trouble=False),
         CounterRow("port_losses", "times the port was lost", logged=True),
         CounterRow("port_open_errors", "failed attempts to open the port"),
@@ -135,13 +135,13 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
                    "beams of a mechanically scanned sonar without a pose: taken as sent from where others were",
                    trouble=False),
         CounterRow("failed_stage", "pings dropped: a stage failed, or gave values that are not finite", logged=True),
-        CounterRow("skipped_pings", "pings left out, as newer ones waited", logged=True,
-                   advice="the chain is too slow for every ping: leave stages out, set pipeline.attention, or ask "
+        CounterRow("skipped_pings", "pings left out, as the chain is too slow", logged=True,
+                   advice="pings left out, as the chain is too slow: leave stages out, set pipeline.attention, or ask "
                    "the sonar for fewer pings"),
         CounterRow("geometry_changes", "changes of beams or ranges: stages are prepared again", trouble=False),
         CounterRow("drop_out_image", "images without usable data (drop-out)"),
-        CounterRow("unseen_images", "images with an `UnseenPart`",
-                   advice="parts of the sector are blind: `ods watch` says which, and why"),
+        CounterRow("unseen_images", "images with blind parts",
+                   advice="images with blind parts: `ods watch` says which, and why"),
         CounterRow("pings_without_pose", "pings without a pose for the stages that compare pings"),
         CounterRow("process_mean_us", "running mean of the time per ping, us", trouble=False),
         CounterRow("process_max_us", "longest time per ping, us", trouble=False),
@@ -149,17 +149,18 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     ),
     "tracker": (
         CounterRow("echoes_bad", "detections left out: not finite or absurd"),
-        CounterRow("skipped_pings", "pings left out, as newer ones waited", logged=True,
-                   advice="too many objects or echoes for this computer: raise the detector's threshold"),
+        CounterRow("skipped_pings", "pings left out: too many objects or echoes for this computer", logged=True,
+                   advice="pings left out: too many objects or echoes for this computer: raise the detector's "
+                   "threshold"),
         CounterRow("detections_late", "pings not later than the one before, left out", logged=True),
         CounterRow("detections_from_future", "pings stamped more than 1 s ahead, left out", logged=True),
         CounterRow("pings_without_pose", "pings without a pose at transmission: objects are only predicted"),
         CounterRow("poses_from_future", "poses stamped more than 1 s ahead, left out", logged=True),
-        CounterRow("pose_jumps",
-                   "poses displaced or turned by more than the vehicle can move: the list is not valid for 1 s",
-                   logged=True, advice="the INS's position or heading jumps: earlier objects are displaced"),
+        CounterRow("pose_jumps", "jumps of the INS's position or heading", logged=True,
+                   advice="jumps of the INS's position or heading: earlier objects are displaced, and the list is not "
+                   "valid for 1 s"),
         CounterRow("pings_without_reception_pose",
-                   "pings without a pose at reception, or a sound speed: the pose at transmission is used"),
+                   "pings without a pose at reception, or a sound speed: that at transmission is used"),
         CounterRow("utc_steps", "steps of UTC by more than 1 s: stamps since the start are corrected", trouble=False),
         CounterRow("obstacle_not_finite", "obstacles left out of a list: not finite"),
         CounterRow("checkpoint_unusable", "unusable checkpoints of an earlier tracker", logged=True),
@@ -186,7 +187,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("frame_twin", "DBC: frames of a mapped number, but the other kind of identifier"),
         CounterRow("nmea_sentences", "NMEA: sentences used", trouble=False),
         CounterRow("nmea_other", "NMEA: sentences of other kinds or talkers", trouble=False),
-        CounterRow("nmea_damaged", "NMEA: lines with a wrong checksum, or no sentence", logged=True,
+        CounterRow("nmea_damaged", "NMEA: damaged lines", logged=True,
                    advice="the line damages bytes: baud, ground, cable, or two devices on one line"),
         CounterRow("nmea_talkers", "NMEA: sentences used from two talkers", logged=True,
                    advice="name one in nav.nmea"),
@@ -213,11 +214,10 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("sequence_reset", "times the sequence number went back: the INS restarted"),
         CounterRow("epoch_invalid", "poses dropped: a required status is not set"),
         CounterRow("epoch_absurd", "poses dropped: a field out of range"),
-        CounterRow("altitude_absurd",
-                   "altitudes left out of a pose: not above 0, not a number, or they or their standard deviation "
-                   "beyond `nav.limits.altitude_m`", logged=True),
-        CounterRow("altitude_still", "altitudes left out of a pose: always the same, though the vehicle rises or sinks",
-                   logged=True, advice="the altimeter hangs, or detects no bottom and reports its longest range"),
+        CounterRow("altitude_absurd", "altitudes left out: not above 0, no number, or they or their sigma beyond "
+                   "`nav.limits.altitude_m`", logged=True),
+        CounterRow("altitude_still", "altitudes left out: the same while the vehicle rises or sinks", logged=True,
+                   advice="the altimeter hangs, or detects no bottom and reports its longest range"),
         CounterRow("epoch_late", "poses dropped: too old"),
         CounterRow("epoch_contested", "poses dropped: two nodes send as the INS"),
         CounterRow("epoch_untimed", "poses without a valid time of day"),
@@ -262,9 +262,9 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     "record": (
         CounterRow("messages", "messages written", trouble=False),
         CounterRow("segments", "files begun", trouble=False),
-        CounterRow("dropped_messages", "messages dropped: the disk was full, or too slow for longer than "
+        CounterRow("dropped_messages", "messages dropped: the disk was full, or slow for longer than "
                    "`record.queue_mb` lasts"),
-        *(CounterRow(f"missed_{topic}", f"`{topic}` messages that were published and never came: gaps in `seq`")
+        *(CounterRow(f"missed_{topic}", f"`{topic}` messages that never came: gaps in `seq`")
           for topic in ("ping", "pose", "detections", "obstacles", "clearance", "truth", "vehicle", "set-point", "raw",
                         "health")),
         CounterRow("oversized_messages", "messages longer than 32 MB, not written"),
@@ -283,7 +283,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("unfit_poses", "poses that s7k cannot carry"),
         CounterRow("utc_steps", "steps of UTC by more than 1 s: the recording keeps the UTC that it began with"),
         CounterRow("contacts_without_pose", "changes not written yet: the vehicle's pose is not known"),
-        *(CounterRow(f"bad_{topic}", f"malformed `{topic}` messages; they are among the lost ones too")
+        *(CounterRow(f"bad_{topic}", f"malformed `{topic}` messages, among the lost ones too")
           for topic in ("ping", "obstacles", "pose")),
     ),
     RECORDINGS: (

@@ -170,7 +170,7 @@ class GroupParams(Settings, frozen=True):
     max_extent_m: Annotated[NonNegative, slider(0.0, 50.0, step=0.5, unit="m")] = 0.0
     """Larger regions, in range or across, are dropped; 0: none."""
     strongest: Annotated[Fraction, slider(0.01, 1.0, step=0.01)] = 1.0
-    """A region must contain one of the ping's strongest samples, this share: equalization raises silent parts. 1: off."""
+    """Regions without one of the ping's strongest samples, this share, are dropped: equalization raises silent parts."""
     border: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 4.0, step=0.05)] = 1.0
     """Factor on the threshold within 2 beams or 4 range samples of the image's border, where filters double the noise.
     1: off."""
