@@ -47,7 +47,7 @@ class BenchLimits(Settings, frozen=True):
     position_rms_m: Positive | None = None
     """Horizontal, over all lists and objects."""
     radius_error: Fraction | None = None
-    """Relative mean of each object."""
+    """Mean relative error of each object."""
     tracked_share: Fraction | None = None
     """Of the lists, with a track of each object, once `settle_s` in the sector."""
     false_tracks: NonNegativeInt | None = None

@@ -33,11 +33,11 @@ class CanSettings(Settings, frozen=True):
     bitrate: PositiveInt | None = None
     """bit/s; not for socketcan."""
     options: dict[str, OptionValue] = msgspec.field(default_factory=dict)
-    """Of python-can's bus class, such as slcan's tty_baudrate."""
+    """For python-can's bus class, such as slcan's tty_baudrate."""
     receive_buffer_bytes: PositiveInt = 8 * 1024 * 1024
     """The kernel's (socketcan)."""
     silence_s: Seconds = 1.0
-    """Without a frame for so long the interface is reopened."""
+    """Without a frame for this long the interface is reopened."""
 
     def __post_init__(self) -> None:
         why = REFUSED_INTERFACES.get(self.interface)
@@ -189,7 +189,7 @@ class HeldSettings(Settings, frozen=True):
     """Newest values of a message with its own rate."""
 
     max_age_s: Seconds = 0.5
-    """Held for so long; then no pose."""
+    """Older values give no pose."""
     growth_m_s: NonNegative = 0.2
     """Of a position's sigma with its age."""
     growth_rad_s: NonNegative = 0.1
@@ -204,7 +204,7 @@ class TimeSettings(Settings, frozen=True):
     unit: str | None = None
     """Of the signal, if the DBC has none or a wrong one."""
     wraps_at: Positive | None = None
-    """Restarts from 0 there; left out: an integer's number of bits, others never."""
+    """Where it restarts from 0; left out: an integer's number of bits, others never."""
 
 
 class ValiditySettings(Settings, frozen=True):
@@ -293,9 +293,8 @@ class NmeaSettings(Settings, frozen=True):
     accept: dict[Literal["estimated", "manual", "simulated", "unsafe"], Annotated[NonNegative, unit("m")]] = (
         msgspec.field(default_factory=lambda: {"estimated": 10.0})
     )
-    """Kinds that are used although they are no fix (GGA of quality 6, 7, 8; RMC and VTG of mode E, M, S; RMC of status
-    U), each with its addition to the position's sigma, m: nothing for estimated ones if `accuracy` is set. Others
-    are refused."""
+    """Kinds that are used although they are no fix (docs/navigation/nmea.md), each with its addition to the position's
+    sigma, m: nothing for estimated ones if `accuracy` is set. Others are refused."""
     held: dict[str, HeldSettings] = msgspec.field(
         default_factory=lambda: {name: HeldSettings(max_age_s=1.5) for name in ("GGA", "RMC", "GST")}
     )

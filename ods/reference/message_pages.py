@@ -54,8 +54,8 @@ SHARED = {
 }
 """Types and meanings of fields that several messages have."""
 
-FIELDS = """A field is a float unless its type follows: `float[3]` are three, `text[]` a list, `?` may be none; the schema
-has the limits. Where the pages say no more:
+FIELDS = """A field is a float unless its type follows: `float[3]` are three, `text[]` a list, `?` may be none; the
+schema has the limits. Where the pages say no more:
 
 """
 COLUMNS = ("field", "meaning")
@@ -79,17 +79,10 @@ def message_pages() -> dict[str, str]:
     found: dict[str, list[type[msgspec.Struct]]] = {page: [] for page in MESSAGES}
     for kind in _structs():
         found[_page_of(kind)].append(kind)
-    pages = [
-        row(
-            f"[{MESSAGES[page][:1].upper()}{MESSAGES[page][1:]}]({page}.md)", ", ".join(kind.__name__ for kind in kinds)
-        )
-        for page, kinds in found.items()
-    ]
     index = (
         f"{HEAD}{table(('topic', 'message', 'published by', 'rate', 'stale after'), topics)}{PACED}{REQUESTS_HEAD}"
         f"{table(('socket', 'answered by', 'request', 'answer'), requests)}\n{_conventions()}\n\n{FIELDS}"
-        f"{table(COLUMNS, (row(f'`{name}` {kind}'.rstrip(), meaning) for name, (kind, meaning) in SHARED.items()))}\n"
-        f"{table(('page', 'messages'), pages)}"
+        f"{table(COLUMNS, (row(f'`{name}` {kind}'.rstrip(), meaning) for name, (kind, meaning) in SHARED.items()))}"
     )
     return {"messages/README.md": index} | {
         f"messages/{page}.md": head("Messages", MESSAGES[page]) + "".join(map(_section, kinds))

@@ -29,11 +29,10 @@ def package_pages() -> dict[str, str]:
 
 
 def _section(package: Path) -> str:
-    """Return a package's row, and one with its folders."""
-    folders = sorted(path.parent.relative_to(package).as_posix() for path in package.rglob("*/__init__.py"))
-    inside = [folder for folder in folders if folder != "."]
-    text = f"- `{package.name}`: {_says(package)}"
-    return f"{text} Folders: {', '.join(f'`{folder}`' for folder in inside)}.\n" if inside else f"{text}\n"
+    """Return a package's row, which ends with its folders."""
+    inside = sorted(path.parent.name for path in package.glob("*/__init__.py"))
+    listed = f" ({', '.join(f'`{folder}`' for folder in inside)})" if inside else ""
+    return f"- `{package.name}`: {_says(package)}{listed}\n"
 
 
 def _says(folder: Path) -> str:

@@ -48,7 +48,7 @@ def type_name(hint: object) -> str:
 
 
 def _either(hints: Iterable[object]) -> str:
-    return " or ".join(dict.fromkeys(map(type_name, hints)))
+    return "/".join(dict.fromkeys(map(type_name, hints)))
 
 
 def choices(hint: object) -> list[object]:

@@ -50,7 +50,7 @@ class SuperviseSettings(Settings, frozen=True):
     """Before the first restart; doubled each time up to `longest_delay_s`."""
     longest_delay_s: NonNegative = 5.0
     settled_s: Positive = 60.0
-    """After running so long the delay is `first_delay_s` again."""
+    """After running this long the delay is `first_delay_s` again."""
     start_s: Positive = 30.0
     """Longest time to the first sign of life; doubled for a process that uses or waits for a processor."""
     watchdog_s: Positive = 3.0

@@ -36,14 +36,13 @@ class SonarSettings(Settings, frozen=True):
     max_record_bytes: Annotated[int, msgspec.Meta(ge=1024, le=64 * 1024 * 1024)] = 4 * 1024 * 1024
     """A header with a larger size is noise."""
     record_timeout_s: Seconds = 1.0
-    """Slower records are dropped; a false header delays pings by as much at most. Longer than the longest record
-    takes."""
+    """Slower records are dropped, so longer than any takes; a false header delays pings by as much at most."""
     reopen_min_s: Seconds = 0.1
     """Before a lost port is reopened; doubles with every failure."""
     reopen_max_s: Seconds = 1.0
-    """At most."""
+    """Longest such pause."""
     silence_s: NonNegativeSeconds = 5.0
-    """A TCP or UDP peer silent so long is connected again; 0: never."""
+    """A TCP or UDP peer silent for this long is connected again; 0: never."""
     range_m: SonarRange | None = None
     """Left out: unchanged."""
     power_db: SonarLevel | None = None
@@ -51,9 +50,9 @@ class SonarSettings(Settings, frozen=True):
     gain_db: SonarLevel | None = None
     """Likewise."""
     control_repeat_s: Seconds = 1.0
-    """A setting without effect is sent again after so long."""
+    """A setting without effect is sent again after this time."""
     control_attempts: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
-    """Then it counts as not accepted."""
+    """Then the setting counts as not accepted."""
     mounting: MountingSettings = MountingSettings()
     s7k: S7kSettings = S7kSettings()
     oculus: OculusSettings = OculusSettings()

@@ -62,7 +62,7 @@ class EchoSettings(Settings, frozen=True):
     clutter_per_scan: Annotated[Positive, slider(0.01, 100.0, log=True)] = 1.0
     """Expected false alarms in a scan at the start; then estimated."""
     births_per_scan: Annotated[Positive, slider(0.001, 1.0, log=True)] = 0.03
-    """Expected new objects per 0.15 s. Its ratio to the false alarms decides how much evidence a new object needs."""
+    """Expected new objects per 0.15 s. With fewer a new object needs more evidence."""
     births_at_start: Annotated[Positive, slider(0.001, 5.0, log=True)] = 0.3
     """Expected new objects in each of the first two scans."""
     gate_sigmas: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 10.0, step=0.1)] = 4.0
@@ -79,17 +79,17 @@ class LifeSettings(Settings, frozen=True):
     """Changes of an object's state [SSIE figure 5]."""
 
     confirm_echoes: Annotated[int, msgspec.Meta(ge=2), slider(2, 10)] = 3
-    """Before a new object is reported."""
+    """Needed before a new object is reported."""
     confirm_existence: Annotated[Probability, slider(0.5, 0.99, step=0.01)] = 0.99
-    """Before a new object is reported. More: fewer false obstacles, later confirmation."""
+    """Needed before a new object is reported. More: fewer false obstacles, later confirmation."""
     drop_existence: Annotated[Probability, slider(0.05, 0.95, step=0.01)] = 0.4
-    """Below, a reported object is dropped."""
+    """A reported object below this is dropped."""
     edge_sigmas: Annotated[NonNegative, slider(0.0, 5.0, step=0.1)] = 2.0
-    """A missed detection counts only if predicted so far inside the sector."""
+    """A missed detection counts only if the prediction lies this far inside the sector."""
     silent_s: Annotated[Positive, slider(0.5, 30.0, step=0.5, unit="s")] = 3.0
-    """Without an echo so long an object in view goes to stand-by."""
+    """An object in view without an echo for this long goes to stand-by."""
     stand_by_s: Annotated[Positive, slider(1.0, 120.0, step=1.0, unit="s")] = 10.0
-    """Without an echo so long an object out of view is hibernated (static) or terminated (moving)."""
+    """An object out of view without an echo for this long is hibernated (static) or terminated (moving)."""
     lost_sigma_m: Annotated[Positive, slider(0.5, 20.0, step=0.5, unit="m")] = 4.0
     """Position sigma beyond which an unobserved object goes to stand-by, and one on stand-by ends."""
 
@@ -106,7 +106,7 @@ class PlannerSettings(Settings, frozen=True):
     shape_sigma: Annotated[NonNegative, slider(0.0, 1.0, step=0.05)] = 0.2
     """Of horizontal position and radius, in radii, whatever the number of echoes: only the near side is visible."""
     hibernated_within_m: Annotated[NonNegative, slider(0.0, 500.0, step=10.0, unit="m")] = 150.0
-    """Of the vehicle."""
+    """Hibernated objects this near the vehicle are listed."""
     lead_times_s: Annotated[
         tuple[Annotated[NonNegative, slider(0.0, 120.0, unit="s")], ...], msgspec.Meta(max_length=20)
     ] = (5.0, 10.0, 20.0)
@@ -161,7 +161,7 @@ class MapSettings(Settings, frozen=True):
     path: Path | None = None
     """SQLite file; none: the map is lost when the process ends."""
     position_sigma_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.1, unit="m")] = 0.5
-    """Added to north and east of an earlier mission's objects: the pose error between missions."""
+    """Added for objects of an earlier mission, north and east: the pose error between missions."""
     minimum_times_seen: Annotated[NonNegativeInt, slider(0, 50)] = 5
     """Objects with fewer echoes are not kept for the next mission."""
 

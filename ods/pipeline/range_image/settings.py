@@ -18,4 +18,4 @@ class RangeImageSettings(Settings, frozen=True):
     largest_m: Annotated[float, msgspec.Meta(ge=0.1, le=100.0), slider(0.2, 10.0, step=0.1, unit="m")] = 1.0
     """Largest radius: larger objects, such as walls, are cut into pieces in cells fixed in the world."""
     bottom_m: Annotated[NonNegative, slider(0.0, 3.0, step=0.05, unit="m")] = 0.3
-    """Points lower over an even bottom are no object; 0: all may be."""
+    """Points lower over an even bottom are no object; 0: no bottom is sought."""

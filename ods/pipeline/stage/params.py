@@ -29,8 +29,8 @@ class MeanRangeParams(Settings, frozen=True):
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.25
     """A level up to this multiple of its surroundings' is levelled in full."""
     side_lobe_db: Annotated[Positive, slider(10.0, 60.0, step=1.0, unit="dB")] = 30.0
-    """The level of a range is at least so far below its strongest sample, against side lobes in other beams: 5 dB more
-    than the beams' side-lobe suppression."""
+    """A range's level is at least this far below its strongest sample, against side lobes in other beams: use 5 dB
+    more than their suppression."""
 
 
 class MedianRangeParams(Settings, frozen=True):
@@ -170,10 +170,9 @@ class GroupParams(Settings, frozen=True):
     max_extent_m: Annotated[NonNegative, slider(0.0, 50.0, step=0.5, unit="m")] = 0.0
     """Larger regions, in range or across, are dropped; 0: none."""
     strongest: Annotated[Fraction, slider(0.01, 1.0, step=0.01)] = 1.0
-    """Regions without one of the ping's strongest samples, this share, are dropped: equalization raises silent parts."""
+    """A region must contain one of the ping's strongest samples, this share: equalization raises silent parts."""
     border: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 4.0, step=0.05)] = 1.0
-    """Factor on the threshold within 2 beams or 4 range samples of the image's border, where filters double the noise.
-    1: off."""
+    """Factor on the threshold within 2 beams or 4 range samples of the border, where filters double the noise."""
     split_db: Annotated[NonNegative, slider(0.0, 12.0, step=0.25, unit="dB")] = 0.0
     """Depth of a valley that splits a region; 0: never."""
 
@@ -182,23 +181,21 @@ class TwoLevelParams(GroupParams, frozen=True):
     """detect.two_level: the high level decides that an object exists, the low level how far it extends."""
 
     levels: Literal["noise", "background", "absolute", "false_alarm"] = "noise"
-    """noise: background + value * noise (the image's median, and the distance to its 84 % quantile); background: value
-    * background; absolute: levels of the filtered image; false_alarm: the high level follows from `rate`, the low
-    one as with noise."""
+    """noise: background + value * noise; background: value * background; absolute: value; false_alarm: the high level
+    follows from `rate`, the low one as with noise."""
     high: Annotated[Positive, slider(2.0, 20.0, step=0.1)] = 6.0
-    """A region must contain a higher cell. By default one in fifty images of filtered speckle has one."""
+    """A region must contain a cell above this level."""
     low: Annotated[Positive, slider(0.5, 10.0, step=0.1)] = 2.5
-    """Higher cells connected with it belong to the region."""
+    """Connected cells above this level belong to the region."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
     """With "false_alarm": share of the cells without echoes above the high level."""
     follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.6
-    """With "noise": share of the threshold rise over a rough sea-bed, in dB, that is applied. 1: false echoes are as
-    rare there as in speckle; 0: one level for the whole image."""
+    """With "noise": share of the threshold rise over a rough sea-bed, in dB, that is applied. 0: one level for the
+    whole image."""
     faint: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.3
-    """The same for weak detections, which only the tracker uses. With `follow` or more there are none."""
+    """The same for weak detections, which only the tracker uses; none with `follow` or more."""
     fronts: bool = True
-    """Over a rough sea-bed a network judges leading edges: weak detections are then all echoes above the levels of
-    speckle that may be an object's. For beams 0.67 to 2 degrees wide."""
+    """Over a rough sea-bed a network judges leading edges, of beams 0.67 to 2 degrees wide."""
 
     def __post_init__(self) -> None:
         if self.low > self.high:
@@ -211,7 +208,7 @@ class OneLevelParams(GroupParams, frozen=True):
     levels: Literal["noise", "background", "absolute", "false_alarm"] = "noise"
     """Unit of `level`, as in detect.two_level."""
     level: Annotated[Positive, slider(1.0, 20.0, step=0.1)] = 5.0
-    """Higher cells are echoes."""
+    """Cells above this level are echoes."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
     """As in detect.two_level."""
     follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.6

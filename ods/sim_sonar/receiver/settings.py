@@ -117,7 +117,7 @@ class ImageLevels(Settings, frozen=True, kw_only=True):
     looks: Annotated[float, msgspec.Meta(ge=0.5, le=1000.0)] = 1.0
     """Shape of the speckle's Gamma distributed intensity."""
     texture: Annotated[float, msgspec.Meta(ge=0.1, le=1000.0)] | None = None
-    """Shape of a Gamma distributed texture beneath it (K distribution): the smaller, the more spiky; left out: none."""
+    """Shape of a Gamma distributed texture beneath the speckle (K distribution); left out: none."""
     speckle: bool = True
     """False: the mean image, without speckle and noise."""
     range_correlation: Correlation = 0.0
