@@ -1,4 +1,4 @@
-"""Everything that travels between processes: msgspec structs, msgpack maps on the wire.
+"""Messages between processes: msgspec structs, msgpack maps on the wire.
 
 Conventions: angles in radians, SI units, world frame NED, body frame FRD, bearing positive to starboard,
 elevation positive up. `t_ns` is CLOCK_MONOTONIC of this machine, `utc_ns` is nanoseconds since 1970 (UTC).

@@ -8,14 +8,14 @@ from ods.messages.fields import Angle, Count, CountOrNone, HearingLevel, Instant
 
 
 class Detection(msgspec.Struct, frozen=True):
-    """One echo: its circumscribed circle in the sonar's plane, standing for a cylinder normal to it [SSIE]."""
+    """One echo: its circumscribed circle in the sonar's plane, a cylinder normal to it [SSIE]."""
 
     range_m: float
     """Slant range of the circle's centre."""
     bearing_rad: float
     radius_m: float
     peak: float
-    """Highest equalized level, in multiples of the background."""
+    """Highest equalized level over the background."""
     mean: float
     """Mean equalized level."""
     snr_db: float
@@ -32,30 +32,30 @@ class Detection(msgspec.Struct, frozen=True):
     elevation_rad: float = 0.0
     """Of the plane it was seen in."""
     near_m: float = 0.0
-    """Slant range of the object's nearest point, far more accurate than the circle: errors of `range_m` and `radius_m`
-    are correlated."""
+    """Slant range of the nearest point, far more accurate than the circle: errors of `range_m` and `radius_m` are
+    correlated."""
     sigma_near_m: float = 0.0
     """0: not measured."""
     cut: bool = False
-    """The echo reaches the border of the data: position and radius are those of the visible part, with errors
-    correlated from ping to ping."""
+    """The echo reaches the border of the data: position and radius are of the visible part, with errors correlated
+    from ping to ping."""
     onset: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
-    """From the half-level point of the leading edge to the peak, in widths of the point response: about 1 for an
-    object, more for a bottom; 0: not measured."""
+    """From half-level to peak of the leading edge, in widths of the point response: about 1 for an object, more for a
+    bottom; 0: not measured."""
     front: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
-    """Probability that the leading edge is an object's and not a crest's of a rough bottom, if both are equally
-    frequent; 0: not estimated."""
+    """Probability that the leading edge is an object's and not a rough bottom's, if both are equally frequent; 0: not
+    estimated."""
     half_length_m: float = 0.0
-    """Half the visible length along the long axis, without the beam's width: of a uniform strip with the same second
-    moments. 0: not measured."""
+    """Half the visible length without the beam's width, of a uniform strip with the same second moments; 0: not
+    measured."""
     half_width_m: float = 0.0
     """Half its width, likewise."""
     axis_rad: Angle = 0.0
-    """Of the long axis in the sonar's plane, from the line of sight to starboard, within +-pi/2."""
+    """Of the strip in the sonar's plane, from the line of sight to starboard, within +-pi/2."""
     elevation_extent_rad: float = 0.0
     """3-D sonar: visible vertical extent; 0: not measured."""
     sigma_elevation_rad: float = 0.0
-    """0: not measured, the object is anywhere in the plane's opening."""
+    """0: the object is anywhere in the plane's opening."""
 
 
 class Sector(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -66,16 +66,16 @@ class Sector(msgspec.Struct, frozen=True, omit_defaults=True):
     bearing_min_rad: Angle
     bearing_max_rad: Angle
     half_vertical_rad: Angle
-    """Half the vertical opening of all planes together."""
+    """Half the vertical opening of all planes."""
     plane_half_rad: Annotated[float, msgspec.Meta(ge=0.0, le=1.6)] = 0.0
-    """The same of one plane; 0 (omitted): there is only one, or it is not known."""
+    """The same of one of several; 0 (omitted): one plane, or not known."""
 
 
 UnseenWhy = Literal["no data", "saturated", "level fallen", "level risen", "interference", "not swept"]
 
 
 class UnseenPart(msgspec.Struct, frozen=True):
-    """A part of the sector that a ping did not observe, in the frame of the sonar's head."""
+    """A part of the sector, in its frame, that a ping did not observe."""
 
     bearing_min_rad: Angle
     bearing_max_rad: Angle
@@ -88,7 +88,7 @@ class UnseenPart(msgspec.Struct, frozen=True):
 
 
 class LookedVolume(msgspec.Struct, frozen=True):
-    """How far a 3-D sonar saw clear water in each direction, in the frame of its head.
+    """How far a 3-D sonar saw clear water in each direction, in the head's frame.
 
     Cells of equal angles over bearings and elevations. Nothing behind a cell's nearest echo was observed.
     """
@@ -99,7 +99,7 @@ class LookedVolume(msgspec.Struct, frozen=True):
     elevation_max_rad: Angle
     clear_m: bytes
     """C order (bearings, elevations), float32, little endian: slant range of the nearest echo, the bottom's too; else
-    the sector's largest range. Weak echoes may be missing."""
+    the sector's range. Weak echoes may be missing."""
 
 
 class Detections(msgspec.Struct, frozen=True):
@@ -117,15 +117,15 @@ class Detections(msgspec.Struct, frozen=True):
     usable: bool = True
     """False: the whole image is unusable (drop-out); a missing echo is no evidence."""
     processed_ranges_m: list[tuple[Metres, Metres]] = []
-    """Slant ranges (from, to) that were processed; empty: all."""
+    """Slant ranges (from, to); empty: all."""
     unseen: list[UnseenPart] = []
-    """Parts of the sector that this ping did not observe."""
+    """What this ping did not observe."""
     unseen_share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
-    """Their share of the image, or of the part that a mechanically scanned sonar looked at."""
+    """Of the image, or of what a mechanically scanned sonar looked at."""
     unseen_why: str = ""
     """Empty when all was seen, or only beams were not swept."""
     second_ways_m: list[float] = []
-    """Multipath: additional slant ranges at which echoes repeat."""
+    """Additional slant ranges of multipath echoes."""
     caution: str = ""
     """Why an image that is used may be wrong."""
     poses_until: CountOrNone = -1

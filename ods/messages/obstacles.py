@@ -38,7 +38,7 @@ class Prediction(msgspec.Struct, frozen=True, gc=False):
 
 
 class Outline(msgspec.Struct, frozen=True, gc=False):
-    """The strip that stands for the visible part of an elongated object, in the horizontal plane."""
+    """The visible part of an elongated object as a strip in the horizontal plane."""
 
     middle_ne: tuple[float, float]
     """As exact as the obstacle's position."""
@@ -89,8 +89,7 @@ class Obstacle(msgspec.Struct, frozen=True):
     moving: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Probability that it moves."""
     multipath_of: CountOrNone = -1
-    """Id of the obstacle of which this one is probably a multipath echo; -1: no sign of that. There may be an object
-    all the same."""
+    """Id of the obstacle of which it is probably a multipath echo; -1: none. There may be an object all the same."""
     near_m: float | None = None
     """Slant range from the sonar's head to the nearest point, more accurate than position and radius. None: not seen
     for 2 s, no near edge, or no ping."""
@@ -100,11 +99,11 @@ class Obstacle(msgspec.Struct, frozen=True):
     outline: Outline | None = None
     """Where `elongated` exceeds 0.9, within the circle."""
     ignored_by: CountOrNone = -1
-    """`Veto.number` of the veto by which a planner may ignore it; -1: none."""
+    """`Veto.number` of the veto by which planners may ignore it; -1: none."""
 
 
 class ObstacleList(msgspec.Struct, frozen=True):
-    """The complete list of obstacles for the path planner, at every ping and at least twice a second."""
+    """The complete list of obstacles, at every ping and at least twice a second."""
 
     seq: Count
     ping_number: int
@@ -120,11 +119,11 @@ class ObstacleList(msgspec.Struct, frozen=True):
     obstacles: list[Obstacle]
     utc_source: UtcSource = "unsure"
     left_out: Count = 0
-    """Objects omitted, as `tracker.planner.most_listed` others are nearer."""
+    """Objects omitted: `tracker.planner.most_listed` others are nearer."""
     bottom_left_out: Count = 0
     """Objects omitted as bottom or waves: `tracker.bottom`, `tracker.surface`."""
     unseen: list[UnseenPart] = []
-    """Parts of the sector that the ping did not observe."""
+    """What the ping did not observe."""
     unseen_share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Their share; the list is not valid after more than half for 0.5 s."""
     unseen_why: str = ""
@@ -147,7 +146,7 @@ class ObstacleList(msgspec.Struct, frozen=True):
     pose: PoseAt | None = None
     """The vehicle's at `t_ns`; none: not known."""
     head: PoseAt | None = None
-    """Pose of the sonar's head, in whose frame `sector` and `unseen` are."""
+    """The sonar head's; `sector` and `unseen` are in its frame."""
     sector: Sector | None = None
     """None: no ping."""
     processed_ranges_m: list[tuple[Metres, Metres]] = []
@@ -163,9 +162,9 @@ Distance = Annotated[float, msgspec.Meta(ge=0.0, le=1e5)]
 class Clearance(msgspec.Struct, frozen=True):
     """Water known to be empty, by bearing sectors around the vehicle's origin; published with each list.
 
-    The n sectors have one width and go clockwise from north: sector k has azimuths from k to k + 1 times 2 pi / n. The
-    water from `clear_from_m` to `clear_to_m` is known to be empty; both are 0: all is unknown. Water is unknown if the
-    ping did not observe or process it, behind an echo, and while the list is not valid.
+    The n sectors have one width and go clockwise from north: sector k has azimuths from k to k + 1 times 2 pi / n.
+    Both limits are 0 where all is unknown: what the ping did not observe or process, behind an echo, and while the
+    list is not valid.
 
     Clear water is remembered until an object of speed `fastest_m_s` could have entered it. Objects with echoes weaker
     than `ObstacleList.heard_from_db` may be there nevertheless.
@@ -182,10 +181,9 @@ class Clearance(msgspec.Struct, frozen=True):
     clear_from_m: list[Distance]
     """(n,) where the empty water begins."""
     clear_to_m: list[Distance]
-    """(n,) where it ends: two standard deviations before the nearest obstacle or echo at the latest."""
+    """(n,) where it ends: two sigmas before the nearest obstacle or echo at the latest."""
     nearest_m: list[Distance | None]
-    """(n,) to the edge of the nearest obstacle or, two standard deviations nearer, echo; none: neither, but not clear
-    water."""
+    """(n,) to the edge of the nearest obstacle or, two sigmas nearer, echo; none: neither, but not clear water."""
     pose: PoseAt | None = None
     """The vehicle's at `t_ns`."""
     site: Site | None = None

@@ -42,7 +42,7 @@ class ReplayRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=Tru
 
 
 class ReplayAnswer(msgspec.Struct, frozen=True, kw_only=True):
-    """Where a live replay is, once the request has been followed."""
+    """Where a live replay is, after the request."""
 
     ok: bool
     reason: str

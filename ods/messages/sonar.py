@@ -24,7 +24,7 @@ class RangeGrid(msgspec.Struct, frozen=True):
 
 
 class Sweep(msgspec.Struct, frozen=True):
-    """How a mechanically scanned head, which looks one beam at a time, goes over its sector."""
+    """How a mechanically scanned head goes over its sector, one beam at a time."""
 
     bearing_min_rad: Angle
     """Middle of the first beam."""
@@ -41,7 +41,7 @@ class Sweep(msgspec.Struct, frozen=True):
 
 
 class Ping(msgspec.Struct, frozen=True):
-    """One sonar image with its geometry, or some successive beams of a mechanically scanned sonar.
+    """One sonar image with its geometry, or successive beams of a mechanically scanned sonar.
 
     Planes of a multi-plane sonar are stacked: row `p * beams_per_plane + b`; `beams` counts all rows.
     """
@@ -78,11 +78,11 @@ class Ping(msgspec.Struct, frozen=True):
     scale_factor: Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)] = 1.0
     """log8: the factor (s7k record 7042, default 40); db: decibels a count."""
     setting: str = ""
-    """Other settings, such as gain; levels of different settings are not comparable."""
+    """Such as gain; levels of different settings are not comparable."""
     no_data: list[tuple[int, int, int]] = []
     """Samples without data, as runs (beam, first, stop)."""
     beam_t_ns: list[Instant] = []
-    """(beams,) transmit times of a mechanically scanned sonar, `t_ns` of the newest; empty: all at `t_ns`."""
+    """(beams,) transmit times of a mechanically scanned sonar, `t_ns` the newest; empty: all at `t_ns`."""
     sweep: Sweep | None = None
     """Of a mechanically scanned sonar, whose pings cover 50 degrees at most."""
     range_grid: RangeGrid | None = None

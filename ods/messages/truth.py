@@ -20,7 +20,7 @@ class TruthObject(msgspec.Struct, frozen=True):
 
 
 class Truth(msgspec.Struct, frozen=True):
-    """Ground truth of one ping from the simulator; never read on board."""
+    """One ping of the simulator."""
 
     ping_number: Count
     t_ns: int
@@ -33,7 +33,7 @@ class Truth(msgspec.Struct, frozen=True):
 
 
 class VehicleTruth(msgspec.Struct, frozen=True):
-    """Ground truth of the simulated vehicle that obeys set points; never read on board."""
+    """The simulated vehicle that obeys set points."""
 
     seq: Count
     t_ns: Instant

@@ -20,7 +20,7 @@ from ods.messages.fields import (
 
 
 class Pose(msgspec.Struct, frozen=True):
-    """The pose of the vehicle's origin from its own navigation filter."""
+    """Pose of the vehicle's origin from its navigation filter."""
 
     seq: Count
     t_ns: Instant
@@ -35,19 +35,19 @@ class Pose(msgspec.Struct, frozen=True):
     """Roll, pitch, yaw, rad."""
     utc_source: UtcSource = "unsure"
     altitude_m: Height | None = None
-    """Of the vehicle's origin over the bottom straight below; none: not reported, or implausible."""
+    """Of the vehicle's origin over the bottom below; none: not reported, or implausible."""
     sigma_altitude_m: Coordinate = 0.0
 
 
 class Site(msgspec.Struct, frozen=True):
-    """The origin of the local frame, on the ellipsoid of WGS 84 (height 0): its plane touches there."""
+    """Origin of the local frame, on the ellipsoid of WGS 84 (height 0): its plane touches there."""
 
     latitude_deg: Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
     longitude_deg: Annotated[float, msgspec.Meta(ge=-180.0, le=180.0)]
 
 
 class PoseAt(msgspec.Struct, frozen=True):
-    """The pose of the vehicle's origin, or of the sonar's head, at one instant, interpolated."""
+    """Pose of the vehicle's origin, or of the sonar's head, at one instant, interpolated."""
 
     position_ned: Vector3
     attitude: Quaternion
@@ -62,7 +62,7 @@ class PoseAt(msgspec.Struct, frozen=True):
 
 
 class VehicleSetPoint(msgspec.Struct, frozen=True):
-    """Set point of the reference planner for the simulated vehicle; on the bench only."""
+    """Set point of the reference planner for the simulated vehicle."""
 
     seq: Count
     t_ns: Instant

@@ -16,8 +16,7 @@ class VetoRegion(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, 
     corners_ne: Annotated[list[tuple[Coordinate, Coordinate]], msgspec.Meta(max_length=MOST_CORNERS)] = []
     """Of a polygon in order, at least three; empty: a circle."""
     down_m: tuple[Coordinate, Coordinate] | None = None
-    """From and to this down coordinate, where lists have depths: two standard deviations of an object's must fit.
-    None: any."""
+    """From and to this down coordinate, where lists have depths: two sigmas of an object's must fit. None: any."""
 
     def __post_init__(self) -> None:
         if (self.centre_ne is None) == (not self.corners_ne):
@@ -55,7 +54,7 @@ VetoAction = Literal["ignore", "forget", "restore", "list"]
 
 
 class VetoRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
-    """An operator's request to the tracker, on a socket that takes the keys of operators only (`ods keys`)."""
+    """An operator's request, on a socket that takes operators' keys only (`ods keys`)."""
 
     do: VetoAction
     """ignore: an obstacle by `id`, or what rests in a `region`, for `for_s`; forget: drop an obstacle by `id` until it
@@ -91,7 +90,7 @@ class VetoAnswer(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class VetoOrder(msgspec.Struct, frozen=True, kw_only=True):
-    """A request as the tracker took it, for the record: lists after it were made with it."""
+    """A request as the tracker took it: lists after it were made with it."""
 
     seq: Count
     t_ns: Instant

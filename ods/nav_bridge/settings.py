@@ -130,8 +130,8 @@ class CanopenSettings(Settings, frozen=True):
     """Pose field of each object, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`. Replaces all of the
     default table (docs/navigation/canopen.md)."""
     status_bits: dict[str, StatusBit] = msgspec.field(default_factory=lambda: dict(STATUS_BITS))
-    """Bit of the status object that is set while position, attitude, velocity, time_of_day or altitude is valid; a
-    part left out always is."""
+    """Bit of the status object set while position, attitude, velocity, time_of_day or altitude is valid; parts left
+    out always are."""
     epoch_window_s: Seconds = 0.005
     """Without sequence numbers: from first to last PDO of an instant; shorter than between instants."""
     start_ins: bool = False
@@ -202,7 +202,7 @@ class TimeSettings(Settings, frozen=True):
     signal: str
     """MESSAGE.SIGNAL."""
     unit: str | None = None
-    """Of the signal, if the DBC has none or a wrong one."""
+    """As of other signals."""
     wraps_at: Positive | None = None
     """Where it restarts from 0; left out: an integer's number of bits, others never."""
 

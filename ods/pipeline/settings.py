@@ -43,7 +43,7 @@ class PipelineSettings(Settings, frozen=True):
     """Pings to detections."""
 
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules, with stages."""
+    """Python files or modules."""
     stage: tuple[StageTable, ...] = ()
     """Tables of `use`, a stage's name, and its parameters. Empty: the default (docs/pipeline/README.md)."""
     smallest_object_m: Annotated[float, msgspec.Meta(ge=0.0, le=50.0), slider(0.0, 5.0, step=0.05, unit="m")] = 0.0

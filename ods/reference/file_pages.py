@@ -23,6 +23,7 @@ def file_pages() -> dict[str, str]:
     """Return the pages: name and text."""
     seen = Seen()
     seen.kinds[MountingSettings] = "sonar.mounting"
+    seen.whole.add(MountingSettings)
     scene = tables(SceneFile, TOP, seen)
     images = [table for table in scene if table.path.startswith(f"{TOP}.image")]
     stages = [name for name in stage_names() if find_stage(name).params.__module__.startswith("ods.pipeline.")]

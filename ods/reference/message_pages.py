@@ -15,8 +15,8 @@ from ods.runtime.processes import SUPERVISOR
 from ods.runtime.raw_bytes import RawBytes
 
 MESSAGES = {
-    "sonar": "sonar", "detections": "detections", "vehicle": "vehicle", "vetoes": "vetoes", "obstacles": "obstacles",
-    "requests": "health and requests", "truth": "truth, bench only",
+    "sonar": "sonar", "detections": "detections", "vehicle": "vehicle", "obstacles": "obstacles",
+    "requests": "health, requests and vetoes", "truth": "truth, bench only",
 }  # fmt: skip
 """Pages of messages, in their order: by module of `ods.messages`, small ones together."""
 HEAD = """# Messages
@@ -33,6 +33,7 @@ units run; log in again after joining). Other computers get the same [over tcp](
 
 PACED = f"""
 With a sonar that pings seldom, `ping` and `detections` are stale after {PERIODS:g} periods, {LONGEST_S:g} s at most.
+A planner without `ods.client` must set a receive time-out: silence means that the last list is not valid.
 """
 
 REQUESTS_HEAD = """
@@ -91,7 +92,7 @@ def message_pages() -> dict[str, str]:
 
 
 def _pace(rate_hz: float | None, stale_s: float | None) -> tuple[str, str]:
-    return (f"{rate_hz:g}/s", f"{stale_s:g} s") if rate_hz else ("now and then", "")
+    return (f"{rate_hz:g}/s", f"{stale_s:g} s") if rate_hz else ("", "")
 
 
 def _conventions() -> str:
@@ -100,7 +101,7 @@ def _conventions() -> str:
 
 def _page_of(kind: type[msgspec.Struct]) -> str:
     module = kind.__module__.rpartition(".")[2]
-    return {"raw_bytes": "sonar", "health": "requests"}.get(module, module)
+    return {"raw_bytes": "sonar", "health": "requests", "vetoes": "requests"}.get(module, module)
 
 
 def _link(kind: type[msgspec.Struct]) -> str:
@@ -116,7 +117,11 @@ def schema() -> str:
 def _structs() -> list[type[msgspec.Struct]]:
     found = [item for item in vars(messages).values() if inspect.isclass(item) and issubclass(item, msgspec.Struct)]
     order = list(MESSAGES)
-    return [*sorted(found, key=lambda kind: (order.index(_page_of(kind)), inspect.getsourcelines(kind)[1])), RawBytes]
+    return [*sorted(found, key=lambda kind: (order.index(_page_of(kind)), kind.__module__, _line(kind))), RawBytes]
+
+
+def _line(kind: type) -> int:
+    return inspect.getsourcelines(kind)[1]
 
 
 def _section(kind: type[msgspec.Struct]) -> str:

@@ -11,11 +11,9 @@ ON_BOARD = {
 }  # fmt: skip
 HEAD = """# Packages
 
-Generated from each folder's `__init__.py` by `make docs`. How packages depend on each other:
-[architecture](README.md#packages).
+Generated from `ods/*/__init__.py` by `make docs`. [How they depend on each other](README.md#packages).
 
-A folder's name is a word of the configuration or of the field: the stage `filter.wiener` is
-`ods/pipeline/filter/wiener.py`.
+Folders have names of the configuration or of the field: the stage `filter.wiener` is `ods/pipeline/filter/wiener.py`.
 """
 
 

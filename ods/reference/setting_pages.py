@@ -14,30 +14,26 @@ from ods.reference.markdown import head, row, table as markdown_table
 from ods.reference.type_names import choices, default_of, limits
 
 SETTINGS = {
-    "vehicle": "vehicle, bus and recordings", "sonar": "line to the sonar", "sonars": "settings by kind of sonar",
-    "nav": "navigation", "canopen": "INS by CANopen", "dbc": "INS by a DBC file", "nmea": "INS by NMEA 0183",
-    "pipeline": "detection", "tracker": "tracker", "lists": "obstacle list, clearance and map",
-    "bridges": "bridges", "bench": "simulation and limits of the bench", "planner": "planner of the bench",
+    "vehicle": "vehicle, bus and recordings", "sonar": "sonar", "nav": "navigation", "pipeline": "detection",
+    "tracker": "tracker", "lists": "obstacle list, clearance and map", "bridges": "bridges", "bench": "bench",
 }  # fmt: skip
 """Pages of settings, in their order."""
 TABLES = {
-    "sonar": "sonar", "sonar.s7k": "sonars", "sonar.oculus": "sonars", "sonar.norbit": "sonars",
-    "sonar.ping360": "sonars", "sonar.sonar3d15": "sonars", "nav": "nav", "nav.canopen": "canopen", "nav.dbc": "dbc",
-    "nav.nmea": "nmea", "pipeline": "pipeline", "tracker": "tracker", "tracker.planner": "lists",
+    "sonar": "sonar", "nav": "nav", "pipeline": "pipeline", "tracker": "tracker", "tracker.planner": "lists",
     "tracker.bottom": "lists", "tracker.surface": "lists", "tracker.clearance": "lists", "tracker.map": "lists",
-    "bridge": "bridges", "sim": "bench", "limits": "bench", "kill": "bench", "planner": "planner",
+    "bridge": "bridges", "sim": "bench", "limits": "bench", "kill": "bench", "planner": "bench",
 }  # fmt: skip
 """Page of each table and of those inside it; all others: "vehicle"."""
 CONFIG_HEAD = """# Configuration
 
 Generated from the settings types by `make docs`.
 
-Files are TOML. An unknown key, a wrong type or a value out of range is one line that names the file and the key, and
-exit code 2. Relative paths start at the file's own folder; `~` is the user's home.
+Files are TOML. An unknown key, a wrong type or a value out of range stops with one line that names file and key, and
+exit code 2. Relative paths start at the file's folder; `~` is the user's home.
 
-A key's ending is its unit: `_m`, `_s`, `_deg`. The value is that of a key left out, or a type where there is none;
-`required`: the key, a number unless a type follows, must be there. `1..60` are limits, `(1..60)` the usual range, as
-the workbench's sliders: other values are accepted, and `ods doctor` notes them.
+A key's ending is its unit: `_m`, `_s`, `_deg`. The value is the default, or a type where there is none; `required`
+keys, numbers unless a type follows, must be there. `1..60` are limits, `(1..60)` is the usual range, as the workbench's
+sliders: other values are accepted, and `ods doctor` notes them.
 
 """
 
@@ -56,6 +52,8 @@ class Seen:
     def __init__(self) -> None:
         self.kinds: dict[type, str] = {}
         """Path of the first table of each type, and of the first one with the keys of each of their bases."""
+        self.whole = set[type]()
+        """Types that have a table with all of their keys, and with no others."""
         self.sections: set[tuple[str, type]] = set()
 
 
@@ -112,9 +110,10 @@ def tables(kind: type[msgspec.Struct], path: str, seen: Seen) -> list[Table]:
         return []
     seen.sections.add((path, kind))
     if path and kind in seen.kinds:
-        return [Table(path, "", seen.kinds[kind])]
+        return [_described(kind, path, seen)]
     shared = {base: seen.kinds[base] for base in _bases(kind) if base in seen.kinds} if path else {}
     seen.kinds |= dict.fromkeys({kind, *_bases(kind)} - shared.keys(), path)
+    seen.whole.add(kind)
     hints = get_type_hints(kind, include_extras=True)
     inner = list[Table]()
     for field in msgspec.structs.fields(kind):
@@ -123,10 +122,21 @@ def tables(kind: type[msgspec.Struct], path: str, seen: Seen) -> list[Table]:
     known = {name: where for base, where in shared.items() for name in _unchanged(base, kind)}
     table = key_table(kind, known)
     shares = [
-        f"As in `[{where}]`: {', '.join(f'`{name}`' for name in known if known[name] == where)}.\n"
-        for where in dict.fromkeys(known.values())
+        _as_in(where, (name for name in known if known[name] == where)) for where in dict.fromkeys(known.values())
     ]
     return [Table(path, "\n".join([*shares, table or f"{_about(kind)}\n"])), *inner] if path else inner
+
+
+def _described(kind: type[msgspec.Struct], path: str, seen: Seen) -> Table:
+    """Return the section of a table whose keys were described before, by themselves or among others."""
+    where = seen.kinds[kind]
+    if kind in seen.whole:
+        return Table(path, "", where)
+    return Table(path, _as_in(where, (field.name for field in msgspec.structs.fields(kind))))
+
+
+def _as_in(where: str, names: Iterable[str]) -> str:
+    return f"As in `[{where}]`: {', '.join(f'`{name}`' for name in names)}.\n"
 
 
 def _about(kind: type) -> str:

@@ -26,7 +26,7 @@ class SonarSettings(Settings, frozen=True):
     protocol: str = "s7k"
     """Name in docs/sonars/README.md, or of a plug-in."""
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules, with protocols."""
+    """Python files or modules."""
     baud: Annotated[int, msgspec.Meta(ge=300, le=100_000_000)] = 12_000_000
     """bit/s."""
     publish_raw: bool = False
@@ -52,7 +52,7 @@ class SonarSettings(Settings, frozen=True):
     control_repeat_s: Seconds = 1.0
     """A setting without effect is sent again after this time."""
     control_attempts: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
-    """Then the setting counts as not accepted."""
+    """Attempts before a setting counts as not accepted."""
     mounting: MountingSettings = MountingSettings()
     s7k: S7kSettings = S7kSettings()
     oculus: OculusSettings = OculusSettings()

@@ -170,7 +170,7 @@ class TrackerSettings(Settings, frozen=True):
     """Detections and poses to obstacles."""
 
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules, with observers and associations."""
+    """Python files or modules."""
     observer: str = "manoeuvring"
     """The filters of an object's state."""
     association: str = "probabilistic"

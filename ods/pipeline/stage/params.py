@@ -59,7 +59,7 @@ class BoxParams(Settings, frozen=True):
     window: Annotated[OddInt, slider(1, 41, unit="samples")] = 9
     """Range samples."""
     beams: Annotated[OddInt, slider(1, 15, unit="beams")] = 1
-    """Beams; 1: along the range only."""
+    """1: along the range only."""
 
 
 class FirParams(Settings, frozen=True):
@@ -94,7 +94,7 @@ class WienerParams(Settings, frozen=True):
     window: Annotated[OddInt, slider(1, 41, unit="samples")] = 9
     """Range samples."""
     beams: Annotated[OddInt, slider(1, 15, unit="beams")] = 1
-    """Beams; 1: along the range only."""
+    """1: along the range only."""
 
 
 class MedianParams(Settings, frozen=True):

@@ -6,7 +6,7 @@ from ods.base.settings import Settings
 
 
 class RecordingsSettings(Settings, frozen=True):
-    """Recorded sonar images."""
+    """Decoders of recorded sonar images."""
 
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules, with decoders."""
+    """Python files or modules."""

@@ -77,7 +77,7 @@ class Header(NamedTuple):
 
 
 class Sweep(NamedTuple):
-    """How a mechanically scanned head, which looks one beam at a time, goes over its sector."""
+    """How a mechanically scanned head goes over its sector, one beam at a time."""
 
     start: int
     stop: int

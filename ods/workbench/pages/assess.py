@@ -30,7 +30,7 @@ class Chains(NamedTuple):
 
 
 class Sweep(NamedTuple):
-    """How a mechanically scanned head, which looks one beam at a time, goes over its sector."""
+    """How a mechanically scanned head goes over its sector, one beam at a time."""
 
     state: State
     number: Numeric

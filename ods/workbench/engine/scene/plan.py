@@ -20,7 +20,7 @@ PATH_POINTS = 121
 
 
 class Outline(NamedTuple):
-    """The strip that stands for the visible part of an elongated object, in the horizontal plane."""
+    """The visible part of an elongated object as a strip in the horizontal plane."""
 
     name: str
     edge: Floats
