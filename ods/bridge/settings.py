@@ -57,12 +57,12 @@ class JsonSettings(UdpSettings, frozen=True):
     """One datagram a list."""
 
     most_bytes: Annotated[int, msgspec.Meta(ge=1000, le=65_000)] = 16_000
-    """Longest datagram, without the farthest obstacles. Ethernet fragments more than 1472 bytes; one lost fragment
-    loses all."""
+    """Longest datagram: the farthest obstacles are left out. Ethernet fragments more than 1472 bytes; one lost
+    fragment loses all."""
 
 
 class TtmSettings(UdpSettings, frozen=True):
-    """NMEA 0183 TTM: a datagram an obstacle."""
+    """A datagram an obstacle."""
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 2.0
     talker: Annotated[str, msgspec.Meta(pattern="^[A-Z]{2}$")] = "RA"

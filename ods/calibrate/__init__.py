@@ -1,1 +1,1 @@
-"""Mounting angles and latency of the sonar from a recording of one fixed object."""
+"""Mounting angles and latency of the sonar from a recording."""

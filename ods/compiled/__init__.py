@@ -1,1 +1,1 @@
-"""Kernels in C: declared, built into one extension module, called."""
+"""Kernels in C, in one extension module."""

@@ -1,1 +1,1 @@
-"""Checks configuration, devices, sockets, clock and versions."""
+"""Checks of configuration, devices, sockets, clock and versions."""

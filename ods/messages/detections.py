@@ -15,7 +15,7 @@ class Detection(msgspec.Struct, frozen=True):
     bearing_rad: float
     radius_m: float
     peak: float
-    """Highest equalized level over the background."""
+    """Highest equalized level, in multiples of the background."""
     mean: float
     """Mean equalized level."""
     snr_db: float

@@ -8,7 +8,7 @@ from ods.messages.fields import Count, ReplaySpeed, SonarLevel, SonarRange
 
 
 class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
-    """A planner's request: set these values until the next one; none: only the answer. Unknown fields are refused.
+    """A planner's request: these values hold until the next one; without any it only asks. Unknown fields are refused.
 
     The answer comes when the sonar reports the new value, or when that failed: allow some seconds.
     """

@@ -40,6 +40,7 @@ class Veto(msgspec.Struct, frozen=True, kw_only=True):
     author: str
     """Name of the operator's key."""
     reason: str
+    """The operator's."""
     until_ns: Instant
     """When it expires."""
     until_utc_ns: Instant
@@ -57,13 +58,13 @@ class VetoRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True,
     """An operator's request, on a socket that takes operators' keys only (`ods keys`)."""
 
     do: VetoAction
-    """ignore: an obstacle by `id`, or what rests in a `region`, for `for_s`; forget: drop an obstacle by `id` until it
-    echoes again; restore: end a veto by its `number`, or its obstacle's `id`; list: only the answer."""
+    """ignore: an obstacle by `id`, or static ones in a `region`, for `for_s`; forget: drop an obstacle by `id` until
+    it echoes again; restore: end a veto by its `number`, or its obstacle's `id`; list: only the answer."""
     id: ObjectId | None = None
     region: VetoRegion | None = None
     number: Count | None = None
     reason: Annotated[str, msgspec.Meta(max_length=200)] = ""
-    """Never empty, except with `list`."""
+    """The operator's; never empty, except with `list`."""
     for_s: Annotated[float, msgspec.Meta(gt=0.0, le=LONGEST_VETO_S)] | None = None
     """With `ignore` only."""
 

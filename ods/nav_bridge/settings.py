@@ -54,7 +54,7 @@ class CanSettings(Settings, frozen=True):
 
 
 class LimitSettings(Settings, frozen=True):
-    """Poses beyond are dropped and counted."""
+    """Poses beyond these are dropped and counted."""
 
     horizontal_m: Positive = 100_000.0
     """From the site's origin, along north and east."""
@@ -298,7 +298,7 @@ class NmeaSettings(Settings, frozen=True):
     held: dict[str, HeldSettings] = msgspec.field(
         default_factory=lambda: {name: HeldSettings(max_age_s=1.5) for name in ("GGA", "RMC", "GST")}
     )
-    """By name without talker."""
+    """Sentences that are held, by name without talker."""
 
     @property
     def look_at(self) -> str:
@@ -332,7 +332,7 @@ class NavSettings(Settings, frozen=True):
     nmea: NmeaSettings | None = None
     can: CanSettings = CanSettings()
     lever_arm_m: Lever = (0.0, 0.0, 0.0)
-    """Point that the INS reports: forward, starboard, down of the body's origin."""
+    """Point whose position and velocity the INS reports: forward, starboard, down of the body's origin."""
     stale_s: Seconds = 0.5
     """Longer without a pose is a problem."""
     clock_jump_s: Seconds = 0.1

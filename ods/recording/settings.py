@@ -13,7 +13,7 @@ class RecordSettings(Settings, frozen=True):
     """Everything on the bus."""
 
     on: bool = False
-    """By `ods run` or systemd."""
+    """Record, by `ods run` or systemd."""
     folder: Path | None = None
     """Each mission gets a folder inside."""
     segment_min: Annotated[float, msgspec.Meta(ge=0.1, le=60.0)] = 10.0
@@ -23,7 +23,7 @@ class RecordSettings(Settings, frozen=True):
     keep_free_mb: NonNegative = 100.0
     """With less the disk counts as full: the map needs some."""
     queue_mb: Annotated[float, msgspec.Meta(ge=1.0, le=1000.0)] = 32.0
-    """For messages that wait for the disk; older ones are dropped and counted."""
+    """Memory for messages that wait for the disk; older ones are dropped and counted."""
 
     def __post_init__(self) -> None:
         if self.on and self.folder is None:

@@ -1,1 +1,1 @@
-"""What makes a process of a worker: bus, life, process table, supervisor."""
+"""Bus, life of a process, process table, supervisor."""

@@ -1,1 +1,1 @@
-"""Tuning in a browser [SSIE]: parameters, chain, picture, and the file that runs on board."""
+"""Tuning in a browser [SSIE]."""

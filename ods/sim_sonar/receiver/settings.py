@@ -77,7 +77,7 @@ class Interference(Settings, frozen=True, kw_only=True):
     """From pulse to pulse; 0: endless."""
     pulse_s: Positive = 0.0005
     start_s: float = 0.0
-    """Scene time at which one of its pulses arrives."""
+    """Scene time of one pulse's arrival."""
     from_s: NonNegative = 0.0
     """Scene time of its start."""
     to_s: Positive = FOREVER_S

@@ -23,7 +23,7 @@ class NorbitSettings(Settings, frozen=True):
     """Of the fan."""
     beams: Literal[64, 128, 256, 512] = 512
     samples: Annotated[int, msgspec.Meta(ge=64, le=2048)] = 1000
-    """In a beam, about: the sonar sends every n-th of its own, 1 cm apart."""
+    """Per beam, about: the sonar sends every n-th of its own, 1 cm apart."""
     frequency_khz: Annotated[float, msgspec.Meta(ge=80.0, le=1000.0), unit("kHz")] = 400.0
     """Carrier."""
     bandwidth_khz: Annotated[float, msgspec.Meta(ge=0.0, le=80.0), unit("kHz")] = 80.0

@@ -25,7 +25,7 @@ class Ping360Settings(Settings, frozen=True):
     steps: Annotated[int, msgspec.Meta(ge=1, le=10)] = 1
     """Motor steps of 0.9 degrees between beams 2 degrees wide."""
     samples: Annotated[int, msgspec.Meta(ge=200, le=1200)] = 1200
-    """Most a beam."""
+    """Most per beam."""
     gain: Literal["low", "normal", "high"] = "normal"
     frequency_khz: Annotated[int, msgspec.Meta(ge=650, le=850), unit("kHz")] = 750
     """Carrier."""

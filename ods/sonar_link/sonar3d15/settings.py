@@ -6,7 +6,7 @@ from ods.base.settings import Settings
 
 
 class Sonar3d15Settings(Settings, frozen=True):
-    """Nothing is sent to the sonar."""
+    """Nothing is sent."""
 
     interface: str = ""
     """This computer's IPv4 address towards the sonar, for multicast; "": by the routing table, often the wrong one of
