@@ -32,7 +32,7 @@ MOST_BYTES = 1400
 
 
 class Sector(NamedTuple):
-    """The limits of the fan in the frame of the sonar's head."""
+    """What is known in one sector around the bow's direction, m."""
 
     body_m: float
     """Nearest obstacle or echo; inf: none."""

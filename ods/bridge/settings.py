@@ -54,7 +54,7 @@ class UdpSettings(ListSettings, frozen=True, kw_only=True):
 
 
 class JsonSettings(UdpSettings, frozen=True):
-    """One datagram a list."""
+    """JSON, one datagram a list."""
 
     most_bytes: Annotated[int, msgspec.Meta(ge=1000, le=65_000)] = 16_000
     """Longest datagram: the farthest obstacles are left out. Ethernet fragments more than 1472 bytes; one lost
@@ -62,7 +62,7 @@ class JsonSettings(UdpSettings, frozen=True):
 
 
 class TtmSettings(UdpSettings, frozen=True):
-    """A datagram an obstacle."""
+    """NMEA 0183 TTM, a datagram an obstacle."""
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 2.0
     talker: Annotated[str, msgspec.Meta(pattern="^[A-Z]{2}$")] = "RA"

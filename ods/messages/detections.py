@@ -136,7 +136,7 @@ class Detections(msgspec.Struct, frozen=True):
     """Weak detections, many of them false alarms: for users that combine many pings."""
     heard_from_db: HearingLevel | None = None
     """Detection threshold over the background, median of the image: 7 in open water, 9 to 11 over a smooth bottom,
-    more over a rough one. Echoes with an object's leading edge may be detected below it. None: not reported."""
+    more over a rough one. Echoes with an object's leading edge may be detected below it."""
     turn_s: Annotated[float, msgspec.Meta(ge=0.0, le=1e4)] = 0.0
     """Of a mechanically scanned sonar's sweep; 0: each ping covers the sector."""
     looked_volume: LookedVolume | None = None

@@ -23,7 +23,7 @@ class Health(msgspec.Struct, frozen=True):
     ages_s: dict[str, float]
     """Since the newest message of each topic read; -1: none."""
     lags: dict[str, int]
-    """Longest queue of each topic read, since the last report."""
+    """Longest queue of each topic since the last report."""
     cpu_percent: float
-    """Of one core, over the last period."""
+    """Of one core."""
     rss_mb: float

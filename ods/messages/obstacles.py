@@ -137,10 +137,10 @@ class ObstacleList(msgspec.Struct, frozen=True):
     poses_heard: Count = 0
     """As in `Detections`, of the tracker."""
     made_ns: Instant = 0
-    """When the list was made, to which `valid` and `reasons` refer; 0: not reported."""
+    """When the list was made, to which `valid` and `reasons` refer."""
     made_utc_ns: Instant = 0
     frame: Literal["ned"] = "ned"
-    """Of all positions: local north east down."""
+    """Local north east down."""
     site: Site | None = None
     """Its origin."""
     pose: PoseAt | None = None

@@ -65,7 +65,6 @@ class Ping(msgspec.Struct, frozen=True):
     dr_m: Annotated[float, msgspec.Meta(ge=1e-6, le=100.0)]
     """Sample spacing in slant range."""
     sound_speed: SoundSpeed
-    """m/s."""
     elevation_rad: list[Angle] = []
     """(beams,) empty: all 0."""
     beam_width_rad: list[Angle] = []
@@ -86,7 +85,7 @@ class Ping(msgspec.Struct, frozen=True):
     sweep: Sweep | None = None
     """Of a mechanically scanned sonar, whose pings cover 50 degrees at most."""
     range_grid: RangeGrid | None = None
-    """Of a 3-D sonar: `data` are ranges by bearing and elevation."""
+    """Of a 3-D sonar: `data` are ranges."""
 
 
 def frame_of(ping: Ping) -> "AnyArray":

@@ -40,7 +40,7 @@ class Pose(msgspec.Struct, frozen=True):
 
 
 class Site(msgspec.Struct, frozen=True):
-    """Origin of the local frame, on the ellipsoid of WGS 84 (height 0): its plane touches there."""
+    """Origin of the local frame, on the ellipsoid of WGS 84 (height 0)."""
 
     latitude_deg: Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
     longitude_deg: Annotated[float, msgspec.Meta(ge=-180.0, le=180.0)]

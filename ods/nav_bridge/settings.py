@@ -24,7 +24,7 @@ REFUSED_INTERFACES = {
 
 
 class CanSettings(Settings, frozen=True):
-    """By python-can."""
+    """CAN by python-can."""
 
     interface: str = "socketcan"
     """Driver: socketcan, slcan, pcan, kvaser, virtual ..."""
@@ -231,7 +231,7 @@ class ValiditySettings(Settings, frozen=True):
 
 
 class DbcSettings(Settings, frozen=True):
-    """Nothing is sent."""
+    """Frames of a DBC file; nothing is sent."""
 
     file: Path
     signals: dict[str, str | SignalSettings]
@@ -323,7 +323,7 @@ class NmeaSettings(Settings, frozen=True):
 
 
 class NavSettings(Settings, frozen=True):
-    """The vehicle's pose."""
+    """Source of the vehicle's pose."""
 
     source: Literal["canopen", "dbc", "nmea"] = "canopen"
     """Protocol of the INS; its table has the settings."""

@@ -16,7 +16,7 @@ Down = Annotated[float, msgspec.Meta(ge=-1e5, le=1e5)]
 
 
 class SteeringSettings(Settings, frozen=True):
-    """Also what to do without a valid list."""
+    """Steering, also without a valid list."""
 
     cruise_m_s: Positive = 2.0
     """Through the water."""
@@ -64,7 +64,7 @@ class SteeringSettings(Settings, frozen=True):
 
 
 class PlannerCanSettings(Settings, frozen=True):
-    """To the simulated vehicle."""
+    """CAN to the simulated vehicle."""
 
     eds: Path
     """Of the vehicle (RPDO 1)."""
@@ -80,7 +80,7 @@ class PlannerSettings(Settings, frozen=True):
     """The planner as a process."""
 
     way_points: Annotated[list[tuple[Coordinate, Coordinate, Down]], msgspec.Meta(min_length=1)]
-    """m, in this order."""
+    """North, east, down, m, in this order."""
     steering: SteeringSettings = SteeringSettings()
     can: PlannerCanSettings | None = None
     """None: set points go over the bus of the processes only."""

@@ -10,7 +10,7 @@ from ods.tracker.settings import TrackerSettings
 
 
 class RecordSettings(Settings, frozen=True):
-    """Everything on the bus."""
+    """Records everything on the bus."""
 
     on: bool = False
     """Record, by `ods run` or systemd."""

@@ -123,7 +123,7 @@ HEALTH_STALE_S = 2.0
 
 
 class BusSettings(Settings, frozen=True):
-    """Between processes."""
+    """The bus between processes."""
 
     run_dir: Path = msgspec.field(default_factory=default_run_dir)
     """Sockets and locks; under 80 characters. Left out: /run/ods for root and where it exists, else

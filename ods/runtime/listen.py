@@ -9,7 +9,7 @@ EXAMPLE = 'such as "tcp://192.168.2.10:5600"'
 
 
 class ListenSettings(Settings, frozen=True):
-    """For other computers."""
+    """An address for other computers."""
 
     at: str
     """"tcp://192.168.2.10:5600": this computer's IP address (0.0.0.0: all) and a port."""

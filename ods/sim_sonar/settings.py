@@ -15,7 +15,7 @@ Blindness = Literal["zeros", "dead_beams", "cut_beams", "head_blocked", "saturat
 
 
 class FaultSettings(Settings, frozen=True):
-    """On the simulated side."""
+    """A fault on the simulated side."""
 
     kind: Literal["serial_unplugged", "sonar_silent", "sonar_garbage", "ins_silent", "ins_steps", "loud"] | Blindness
     """serial_unplugged: the sonar's line disappears; sonar_silent, ins_silent: the device sends nothing;
@@ -87,9 +87,9 @@ class SimSettings(Settings, frozen=True):
     vehicle: ObeyingVehicle | None = None
     """None: the vehicle moves as the scene says."""
     sonar_clock_offset_s: float = 0.25
-    """Minus UTC."""
+    """Clock minus UTC."""
     ins_clock_offset_s: float = -0.125
-    """Minus UTC."""
+    """Clock minus UTC."""
     fault: list[FaultSettings] = msgspec.field(default_factory=list)
 
     def __post_init__(self) -> None:

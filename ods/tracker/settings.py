@@ -156,7 +156,7 @@ class ClearanceSettings(Settings, frozen=True):
 
 
 class MapSettings(Settings, frozen=True):
-    """Hibernated objects."""
+    """The store of hibernated objects."""
 
     path: Path | None = None
     """SQLite file; none: the map is lost when the process ends."""

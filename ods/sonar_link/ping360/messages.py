@@ -77,7 +77,7 @@ class Header(NamedTuple):
 
 
 class Sweep(NamedTuple):
-    """How a mechanically scanned head goes over its sector, one beam at a time."""
+    """What automatic transmission asks of the head."""
 
     start: int
     stop: int

@@ -30,7 +30,7 @@ class Chains(NamedTuple):
 
 
 class Sweep(NamedTuple):
-    """How a mechanically scanned head goes over its sector, one beam at a time."""
+    """What is to be swept."""
 
     state: State
     number: Numeric

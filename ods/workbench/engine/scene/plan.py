@@ -20,7 +20,7 @@ PATH_POINTS = 121
 
 
 class Outline(NamedTuple):
-    """The visible part of an elongated object as a strip in the horizontal plane."""
+    """An object from above."""
 
     name: str
     edge: Floats
