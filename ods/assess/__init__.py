@@ -1,1 +1,1 @@
-"""Quality and speed of detection and tracking. Never imported on board."""
+"""Quality and speed of detection and tracking."""

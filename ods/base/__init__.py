@@ -1,1 +1,1 @@
-"""Foundation of all packages: units, frames, clocks, settings. Imports nothing else of `ods`."""
+"""Units, frames, clocks, settings; imports nothing else of `ods`."""

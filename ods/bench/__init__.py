@@ -1,1 +1,1 @@
-"""The hardware-in-the-loop bench: whole chain against the simulator, measured and judged."""
+"""Hardware in the loop: the whole chain against the simulator."""

@@ -11,7 +11,7 @@ from ods.sim_sonar.settings import SimConfig
 
 
 class KillSettings(Settings, frozen=True):
-    """A signal to one on-board process, or to the planner."""
+    """A signal to a process."""
 
     process: Literal["sonar", "pipeline", "tracker", "nav", "planner"]
     at_s: NonNegative
@@ -25,38 +25,36 @@ class KillSettings(Settings, frozen=True):
 
 
 class AvoidLimits(Settings, frozen=True):
-    """What a vehicle that is steered by the planner must reach. A collision or no arrival is always a broken limit."""
+    """With a planner; a collision or no arrival always fails."""
 
     clearance_m: NonNegative
-    """Least distance between the vehicle's circle and any object."""
+    """From the vehicle's circle to any object."""
     path_ratio: Annotated[float, msgspec.Meta(ge=1.0)]
-    """Length of its way over an all-knowing planner's."""
+    """Over an all-knowing planner's path."""
     over_bottom_m: NonNegative = 0.0
-    """Least height over the sea-bed."""
 
 
 class BenchLimits(Settings, frozen=True):
-    """Limits of a bench run; `ods bench` exits with code 1 if one is exceeded. None: not judged."""
+    """Beyond a limit `ods bench` exits with code 1. None: not judged."""
 
     pings_lost: NonNegativeInt
-    """Pings that left the simulated sonar and have no obstacle list."""
+    """Without an obstacle list."""
     latency_p50_ms: Positive
-    """Median, from the ping's last byte to its list at the client."""
+    """From the ping's last byte to its list at the client."""
     latency_p99_ms: Positive
     longest_gap_s: Positive
-    """Longest time between two obstacle lists."""
+    """Between two obstacle lists."""
     position_rms_m: Positive | None = None
-    """Horizontal, rms over all lists and objects."""
+    """Horizontal, over all lists and objects."""
     radius_error: Fraction | None = None
-    """Mean relative error of the radius of each object."""
+    """Mean relative error of each object."""
     tracked_share: Fraction | None = None
-    """Share of the lists with a track of each object, once `settle_s` in the sector."""
+    """Of the lists, with a track of each object, once `settle_s` in the sector."""
     false_tracks: NonNegativeInt | None = None
-    """Confirmed tracks that belong to no object."""
+    """Confirmed tracks of no object."""
     avoid: AvoidLimits | None = None
-    """For a bench with a planner."""
     back_within_s: Positive = 3.0
-    """From a kill to the next sign of life of the process."""
+    """From a kill to the next sign of life."""
 
 
 class BenchConfig(SimConfig, frozen=True):

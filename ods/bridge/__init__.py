@@ -1,1 +1,1 @@
-"""Obstacle lists to planners and displays of others, over UDP, each bridge a process: JSON, TTM, MOOS-IvP, MAVLink."""
+"""Obstacle lists to other planners and displays, each bridge a process."""

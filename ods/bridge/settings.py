@@ -39,45 +39,43 @@ class ListSettings(Settings, frozen=True, kw_only=True):
     """How much a bridge sends."""
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 10.0
-    """Most lists a second."""
     most_obstacles: Annotated[int, msgspec.Meta(ge=1, le=100)] = 50
-    """Most obstacles of a list; the nearest are sent."""
+    """The nearest."""
 
 
 class UdpSettings(ListSettings, frozen=True, kw_only=True):
     """Where a bridge sends, and how much."""
 
     to: str
-    """One receiver, "udp://192.168.2.5:5005"; no multicast, no broadcast."""
+    """"udp://192.168.2.5:5005"; no multicast, no broadcast."""
 
     def __post_init__(self) -> None:
         destination_of(self.to)
 
 
 class JsonSettings(UdpSettings, frozen=True):
-    """JSON: one datagram a list."""
+    """JSON, one datagram a list."""
 
     most_bytes: Annotated[int, msgspec.Meta(ge=1000, le=65_000)] = 16_000
-    """Longest datagram; the farthest obstacles beyond it are left out. Ethernet fragments more than 1472 bytes, and one
-    lost fragment loses all."""
+    """Longest datagram: the farthest obstacles are left out. Ethernet fragments more than 1472 bytes; one lost
+    fragment loses all."""
 
 
 class TtmSettings(UdpSettings, frozen=True):
-    """NMEA 0183 TTM: a sentence and a datagram an obstacle."""
+    """NMEA 0183 TTM, a datagram an obstacle."""
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 2.0
-    """Most lists a second."""
     talker: Annotated[str, msgspec.Meta(pattern="^[A-Z]{2}$")] = "RA"
     """Many displays accept targets of a radar only."""
 
 
 class MoosSettings(UdpSettings, frozen=True):
-    """MOOS-IvP: GIVEN_OBSTACLE to pShare, a datagram an obstacle."""
+    """GIVEN_OBSTACLE to pShare, a datagram an obstacle."""
 
     duration_s: Annotated[float, msgspec.Meta(ge=0.5, le=60.0)] = 2.0
     """pObstacleMgr drops an obstacle without an update for this time."""
     sigmas: Annotated[float, msgspec.Meta(ge=0.0, le=5.0)] = 2.0
-    """Polygons are larger by this number of standard deviations."""
+    """Polygons are larger by so many."""
 
 
 Ros2Topic = Literal["obstacles", "markers", "tracks", "clearance", "odometry", "diagnostics", "tf", "image"]
@@ -85,18 +83,18 @@ FrameName = Annotated[str, msgspec.Meta(pattern="^[A-Za-z][A-Za-z0-9_]*(/[A-Za-z
 
 
 class Ros2Settings(ListSettings, frozen=True):
-    """ROS 2 by DDS: needs `pip install 'ods[ros2]'`."""
+    """DDS: needs `pip install 'ods[ros2]'`."""
 
     interface: Annotated[str, msgspec.Meta(pattern="^[A-Za-z0-9_][A-Za-z0-9_.-]{0,14}$")] = "lo"
-    """The only network interface used. "lo": nodes on this computer."""
+    """The only network interface used. "lo": this computer."""
     domain: Annotated[int, msgspec.Meta(ge=0, le=232)] = 0
     """ROS_DOMAIN_ID of the nodes."""
     peers: Annotated[tuple[str, ...], msgspec.Meta(max_length=16)] = ()
     """IP addresses of the computers with the nodes; "lo" needs none."""
     multicast: bool = False
-    """Nodes of the whole network may find this bridge and receive from it."""
+    """Any node of the network may find this bridge and receive."""
     namespace: Annotated[str, msgspec.Meta(pattern="^(/[A-Za-z][A-Za-z0-9_]*)+$", max_length=100)] = "/ods"
-    """In front of the topics' names, but for /diagnostics and /tf."""
+    """Of the topics, except /diagnostics and /tf."""
     map_frame: FrameName = "map"
     """ENU, with its origin at the site."""
     vehicle_frame: FrameName = "base_link"
@@ -106,9 +104,9 @@ class Ros2Settings(ListSettings, frozen=True):
     )  # fmt: skip
     """Topics (docs/bridges/ros2.md); `tf` only where no other node publishes the vehicle's position."""
     image_hz: Annotated[float, msgspec.Meta(gt=0.0, le=20.0)] = 2.0
-    """Images sent a second, at most."""
+    """At most."""
     image_bytes: Annotated[int, msgspec.Meta(ge=1000, le=4_000_000)] = 50_000
-    """Largest image; of a larger one neighbouring ranges are joined, by their highest sample."""
+    """Larger images get fewer range samples, each the highest of several."""
 
     def __post_init__(self) -> None:
         for peer in self.peers:
@@ -139,15 +137,15 @@ class MavlinkSettings(UdpSettings, frozen=True):
     near_m: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 3.0
     """Unobserved water up to here counts as clear if what follows is: no sonar sees what is next to it."""
     most_m: Annotated[float, msgspec.Meta(ge=1.0, le=600.0)] = 30.0
-    """What is farther away is not sent."""
+    """Nothing farther is sent."""
     system_id: Annotated[int, msgspec.Meta(ge=1, le=255)] = 1
-    """Of the vehicle, SYSID_THISMAV of its autopilot."""
+    """Of the vehicle, its autopilot's SYSID_THISMAV."""
     component_id: Annotated[int, msgspec.Meta(ge=1, le=255)] = 196
     """Of this sender; 196 is MAV_COMP_ID_OBSTACLE_AVOIDANCE."""
 
 
 class BridgeSettings(Settings, frozen=True):
-    """The bridges: each runs where its table is given."""
+    """Each bridge runs where its table is given."""
 
     json: JsonSettings | None = None
     ttm: TtmSettings | None = None

@@ -1,1 +1,1 @@
-"""`ods calibrate`: mounting angles and latency of the sonar from a recording of one fixed object."""
+"""Mounting angles and latency of the sonar from a recording."""

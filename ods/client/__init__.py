@@ -1,4 +1,4 @@
-"""For path planners: the obstacle list as it comes, what may come near, and the sonar's range.
+"""For path planners: lists as they come, what may come near, the sonar's range.
 
 from ods.client import Obstacles, near_misses
 

@@ -1,1 +1,1 @@
-"""Kernels in C: how they are declared, built into one extension module, and called."""
+"""Kernels in C, in one extension module."""

@@ -1,1 +1,1 @@
-"""`ods doctor`: checks configuration, devices, sockets, clock and versions, and says in plain words what is wrong."""
+"""Checks of configuration, devices, sockets, clock and versions."""

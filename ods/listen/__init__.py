@@ -1,1 +1,1 @@
-"""Topics for other computers: tcp with CURVE, an allow-list of keys, and who is revoked receives nothing more."""
+"""Topics for other computers: tcp with CURVE, and an allow-list of keys."""

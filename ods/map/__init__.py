@@ -1,1 +1,1 @@
-"""The map of static objects, for people: `ods map` and files for geographic software."""
+"""The map of static objects for people and geographic software."""

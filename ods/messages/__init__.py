@@ -1,10 +1,10 @@
-"""Everything that travels between processes: msgspec structs, msgpack maps on the wire.
+"""Messages between processes: msgspec structs, msgpack maps on the wire.
 
 Conventions: angles in radians, SI units, world frame NED, body frame FRD, bearing positive to starboard,
 elevation positive up. `t_ns` is CLOCK_MONOTONIC of this machine, `utc_ns` is nanoseconds since 1970 (UTC).
-On another machine only UTC means anything. Fields whose name ends in `_ns` are integers of 64 bits, and the only ones
-that may exceed 2^53: as JavaScript's Number, UTC is rounded to 256 ns; ask the decoder for BigInt where that matters
-(`useBigInt64` of @msgpack/msgpack). New ids are below 2^31.
+On another machine only UTC means anything. Fields whose name ends in `_ns` are 64-bit integers, and the only ones that
+may exceed 2^53: JavaScript's Number rounds UTC to 256 ns, BigInt (`useBigInt64` of @msgpack/msgpack) does not. New ids
+are below 2^31.
 """
 
 from ods.messages.detections import (

@@ -6,7 +6,7 @@ from ods.messages.fields import Count
 
 
 class Health(msgspec.Struct, frozen=True):
-    """State of a process, published by each of them about twice a second."""
+    """State of a process."""
 
     process: str
     pid: int
@@ -17,13 +17,13 @@ class Health(msgspec.Struct, frozen=True):
     problems: list[str]
     """Plain words; empty when all is well."""
     counters: dict[str, int]
-    """Since start; every kind of loss has its own."""
+    """Since start: [counters](../counters/README.md)."""
     rates_hz: dict[str, float]
     """By topic, of the last period."""
     ages_s: dict[str, float]
     """Since the newest message of each topic read; -1: none."""
     lags: dict[str, int]
-    """Longest queue of each topic read, since the last report."""
+    """Longest queue of each topic since the last report."""
     cpu_percent: float
-    """Of one core, over the last period."""
+    """Of one core."""
     rss_mb: float

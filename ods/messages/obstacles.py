@@ -13,7 +13,7 @@ TrackState = Literal["active", "stand_by", "hibernated", "terminated"]
 
 
 class ClosestApproach(msgspec.Struct, frozen=True, gc=False):
-    """Closest point of approach of an obstacle if it and the vehicle keep their velocities.
+    """Closest point of approach if obstacle and vehicle keep their velocities.
 
     In the horizontal plane, from the vehicle's origin to the obstacle's edge.
     """
@@ -23,29 +23,29 @@ class ClosestApproach(msgspec.Struct, frozen=True, gc=False):
     distance_m: float
     """Below 0: inside the obstacle."""
     sigma_m: float
-    """Standard deviation of `distance_m`; it includes the effect of the velocity's error on the time: an object that
-    seems to fall behind may approach."""
+    """Of `distance_m`, with the effect of the velocity's error on the time: an object that seems to fall behind may
+    approach."""
 
 
 class Prediction(msgspec.Struct, frozen=True, gc=False):
     """Where an obstacle will be if it keeps its velocity."""
 
     lead_s: float
-    """Time from the list's `t_ns`."""
+    """After the list's `t_ns`."""
     position_ned: Vector3
     sigma_position: Vector3
-    """It includes what manoeuvres may add."""
+    """Manoeuvres included."""
 
 
 class Outline(msgspec.Struct, frozen=True, gc=False):
-    """The strip that stands for the visible part of an elongated object, in the horizontal plane."""
+    """The visible part of an elongated object as a strip in the horizontal plane."""
 
     middle_ne: tuple[float, float]
-    """North and east of its middle, as exact as the obstacle's position."""
+    """As exact as the obstacle's position."""
     half_length_m: float
     half_width_m: float
     azimuth_rad: float
-    """Direction of its long axis, from north to east, within [0, pi)."""
+    """Of its long axis, from north to east, within [0, pi)."""
     sigma_half_length_m: float
 
 
@@ -58,11 +58,10 @@ class Obstacle(msgspec.Struct, frozen=True):
     """active: observed; stand_by: not for some seconds, or less certain; hibernated: static, out of view, in the map.
     Keep clear of all three. terminated: ended; ignore it."""
     position_ned: Vector3
-    """Of its middle, m."""
+    """Of its middle."""
     velocity_ned: Vector3
     """Over ground, m/s; zero for a static object."""
     radius_m: float
-    """Of its circle."""
     sigma_position: Vector3
     sigma_velocity: Vector3
     """For a static object: the largest velocity that its echoes do not exclude yet."""
@@ -82,8 +81,7 @@ class Obstacle(msgspec.Struct, frozen=True):
     unseen_s: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
     """Time since it was last seen in which its position was not observed: coasted, not missed."""
     bottom_probability: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
-    """Probability that it rises no higher over the bottom than `tracker.bottom.clearance_m`; 0: the pose has no
-    altitude."""
+    """That it rises no higher over the bottom than `tracker.bottom.clearance_m`; 0: the pose has no altitude."""
     height_above_bottom_m: float | None = None
     """Of the middle of its visible part; none: not known."""
     sigma_height_above_bottom_m: float | None = None
@@ -91,8 +89,7 @@ class Obstacle(msgspec.Struct, frozen=True):
     moving: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Probability that it moves."""
     multipath_of: CountOrNone = -1
-    """Id of the obstacle of which this one is probably a multipath echo; -1: no sign of that. There may be an object
-    all the same."""
+    """Id of the obstacle of which it is probably a multipath echo; -1: none. There may be an object all the same."""
     near_m: float | None = None
     """Slant range from the sonar's head to the nearest point, more accurate than position and radius. None: not seen
     for 2 s, no near edge, or no ping."""
@@ -100,19 +97,19 @@ class Obstacle(msgspec.Struct, frozen=True):
     elongated: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Probability that it is longer than 3 m, and than 4 times its width."""
     outline: Outline | None = None
-    """Where `elongated` exceeds 0.9, within the circle of `radius_m`."""
+    """Where `elongated` exceeds 0.9, within the circle."""
     ignored_by: CountOrNone = -1
-    """`Veto.number` of the veto by which a planner may ignore it; -1: none."""
+    """`Veto.number` of the veto by which planners may ignore it; -1: none."""
 
 
 class ObstacleList(msgspec.Struct, frozen=True):
-    """The complete list of obstacles for the path planner, at every ping and at least twice a second."""
+    """The complete list of obstacles, at every ping and at least twice a second."""
 
     seq: Count
     ping_number: int
     """-1: a list without a ping, which is not valid."""
     t_ns: int
-    """Time to which the list refers: of the ping's transmission, or now."""
+    """Time to which the list refers: the ping's transmission, or now."""
     utc_ns: int
     t_rx_ns: int
     """0: no ping."""
@@ -121,17 +118,16 @@ class ObstacleList(msgspec.Struct, frozen=True):
     reasons: list[str]
     obstacles: list[Obstacle]
     utc_source: UtcSource = "unsure"
-    """Source of UTC: this computer's clock, the INS's, or an unreliable one."""
     left_out: Count = 0
-    """Objects omitted, as `tracker.planner.most_listed` others are nearer."""
+    """Objects omitted: `tracker.planner.most_listed` others are nearer."""
     bottom_left_out: Count = 0
     """Objects omitted as bottom or waves: `tracker.bottom`, `tracker.surface`."""
     unseen: list[UnseenPart] = []
-    """Parts of the sector that the ping did not observe."""
+    """What the ping did not observe."""
     unseen_share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Their share; the list is not valid after more than half for 0.5 s."""
     unseen_why: str = ""
-    """Why; empty when all was seen."""
+    """Empty when all was seen."""
     heard_from_db: HearingLevel | None = None
     """As in `Detections`: objects that are not clearly stronger may be missing."""
     caution: str = ""
@@ -139,18 +135,18 @@ class ObstacleList(msgspec.Struct, frozen=True):
     poses_until: CountOrNone = -1
     """As in `Detections`, of the tracker."""
     poses_heard: Count = 0
-    """Poses published to it since it started, lost ones too; 0: none, or not reported."""
+    """As in `Detections`, of the tracker."""
     made_ns: Instant = 0
-    """When the list was made, to which `valid` and `reasons` refer; 0: not reported."""
+    """When the list was made, to which `valid` and `reasons` refer."""
     made_utc_ns: Instant = 0
     frame: Literal["ned"] = "ned"
-    """Frame of all positions: local north east down."""
+    """Local north east down."""
     site: Site | None = None
     """Its origin."""
     pose: PoseAt | None = None
     """The vehicle's at `t_ns`; none: not known."""
     head: PoseAt | None = None
-    """Pose of the sonar's head, in whose frame `sector` and `unseen` are."""
+    """The sonar head's; `sector` and `unseen` are in its frame."""
     sector: Sector | None = None
     """None: no ping."""
     processed_ranges_m: list[tuple[Metres, Metres]] = []
@@ -164,11 +160,11 @@ Distance = Annotated[float, msgspec.Meta(ge=0.0, le=1e5)]
 
 
 class Clearance(msgspec.Struct, frozen=True):
-    """Water known to be empty, by sectors of bearing around the vehicle's origin; published with each list.
+    """Water known to be empty, by bearing sectors around the vehicle's origin; published with each list.
 
-    The n sectors have one width and go clockwise from north: sector k has azimuths from k to k + 1 times 2 pi / n. The
-    water from `clear_from_m` to `clear_to_m` is known to be empty; if both are 0, all is unknown. Water is unknown if
-    the ping did not observe or process it, behind an echo, and while the list is not valid.
+    The n sectors have one width and go clockwise from north: sector k has azimuths from k to k + 1 times 2 pi / n.
+    Both limits are 0 where all is unknown: what the ping did not observe or process, behind an echo, and while the
+    list is not valid.
 
     Clear water is remembered until an object of speed `fastest_m_s` could have entered it. Objects with echoes weaker
     than `ObstacleList.heard_from_db` may be there nevertheless.
@@ -183,17 +179,16 @@ class Clearance(msgspec.Struct, frozen=True):
     valid: bool
     """False: no water is known to be empty."""
     clear_from_m: list[Distance]
-    """(n,) of each sector: where the empty water begins,"""
+    """(n,) where the empty water begins."""
     clear_to_m: list[Distance]
-    """(n,) and ends: two standard deviations before the nearest obstacle or echo at the latest."""
+    """(n,) where it ends: two sigmas before the nearest obstacle or echo at the latest."""
     nearest_m: list[Distance | None]
-    """(n,) to the edge of the nearest obstacle or, two standard deviations nearer, echo; none: neither, but not clear
-    water."""
+    """(n,) to the edge of the nearest obstacle or, two sigmas nearer, echo; none: neither, but not clear water."""
     pose: PoseAt | None = None
-    """The vehicle's at `t_ns`, around which the sectors are."""
+    """The vehicle's at `t_ns`."""
     site: Site | None = None
     half_height_m: float = 0.0
-    """Half the height of the layer, centred on the vehicle's origin."""
+    """Half the height of the layer around the vehicle's origin."""
     fastest_m_s: float = 0.0
     """What is faster may have come in."""
     made_ns: Instant = 0

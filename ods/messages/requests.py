@@ -8,9 +8,7 @@ from ods.messages.fields import Count, ReplaySpeed, SonarLevel, SonarRange
 
 
 class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
-    """A planner's request to the sonar process to set values until the next request; without values it only asks.
-
-    Unknown fields are refused.
+    """A planner's request: these values hold until the next one; without any it only asks. Unknown fields are refused.
 
     The answer comes when the sonar reports the new value, or when that failed: allow some seconds.
     """
@@ -34,23 +32,23 @@ class SonarAnswer(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ReplayRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
-    """A wish to a live replay, `ods replay --live`."""
+    """To a live replay, `ods replay --live`."""
 
     do: Literal["tell", "pause", "go", "step"] = "tell"
     """`tell`: only the answer; `step`: continue for `steps` obstacle lists, then pause."""
     steps: Annotated[int, msgspec.Meta(ge=1, le=1_000_000)] = 1
     speed: ReplaySpeed | None = None
-    """New speed; none: keep the present one."""
+    """None: unchanged."""
 
 
 class ReplayAnswer(msgspec.Struct, frozen=True, kw_only=True):
-    """Where a live replay is, once the request has been followed."""
+    """Where a live replay is, after the request."""
 
     ok: bool
     reason: str
     paused: bool = False
     at_s: float = 0.0
-    """Of the recording, from its start: the newest message that was published."""
+    """Recording time of the newest message published."""
     speed: float = 1.0
     published: Count = 0
     """Messages so far."""

@@ -13,27 +13,27 @@ if TYPE_CHECKING:
 class RangeGrid(msgspec.Struct, frozen=True):
     """Marks a ping as a range image: each direction has the range of its strongest echo.
 
-    Column k of `Ping.data` has the elevation `elevation_rad[k]`. `Ping.dr_m` times the number of a pixel is the slant
-    range, m; 0: no echo in that direction.
+    Column k of `Ping.data` has the elevation `elevation_rad[k]`. A pixel's number times `Ping.dr_m` is the slant
+    range; 0: no echo.
     """
 
     elevation_rad: list[Angle]
-    """(samples,) strictly increasing, up positive."""
+    """(samples,) strictly increasing."""
     range_max_m: Annotated[float, msgspec.Meta(gt=0.0, le=1e5)]
-    """Up to this range an echo would have been received."""
+    """An echo up to here would have been received."""
 
 
 class Sweep(msgspec.Struct, frozen=True):
-    """How a mechanically scanned head, which looks one beam at a time, goes over its sector."""
+    """How a mechanically scanned head goes over its sector, one beam at a time."""
 
     bearing_min_rad: Angle
-    """The sector, from the middle of its first beam"""
+    """Middle of the first beam."""
     bearing_max_rad: Angle
-    """to that of its last one."""
+    """Middle of the last beam."""
     step_rad: Angle
     """From beam to beam."""
     turn_s: Annotated[float, msgspec.Meta(ge=0.0, le=1e4)]
-    """Time in which it goes over all of it once."""
+    """Time to go over all of it once."""
     rising: bool
     """It turns to starboard."""
     ends: bool = False
@@ -41,9 +41,9 @@ class Sweep(msgspec.Struct, frozen=True):
 
 
 class Ping(msgspec.Struct, frozen=True):
-    """One sonar image with its own geometry, or of a mechanically scanned sonar some beams that follow each other.
+    """One sonar image with its geometry, or successive beams of a mechanically scanned sonar.
 
-    Planes of a multi-plane sonar are stacked: row `p * beams_per_plane + b`, `beams` counts all rows.
+    Planes of a multi-plane sonar are stacked: row `p * beams_per_plane + b`; `beams` counts all rows.
     """
 
     seq: Count
@@ -52,11 +52,10 @@ class Ping(msgspec.Struct, frozen=True):
     """Transmit time."""
     t_rx_ns: Instant
     utc_ns: Instant
-    """Transmit time, UTC."""
     beams: Annotated[int, msgspec.Meta(ge=1, le=4096)]
     samples: Annotated[int, msgspec.Meta(ge=1, le=65536)]
     dtype: SampleType
-    """Sample type of `data`, little endian: u1 uint8, u2 uint16, f4 float32."""
+    """Of `data`, little endian: u1 uint8, u2 uint16, f4 float32."""
     data: bytes
     """Amplitudes, C order (beams, samples)."""
     bearing_rad: list[Angle]
@@ -66,28 +65,27 @@ class Ping(msgspec.Struct, frozen=True):
     dr_m: Annotated[float, msgspec.Meta(ge=1e-6, le=100.0)]
     """Sample spacing in slant range."""
     sound_speed: SoundSpeed
-    """m/s."""
     elevation_rad: list[Angle] = []
     """(beams,) empty: all 0."""
     beam_width_rad: list[Angle] = []
-    """(beams,) horizontal -3 dB widths; empty: not reported."""
+    """(beams,) horizontal, -3 dB; empty: not reported."""
     planes: Annotated[int, msgspec.Meta(ge=1, le=64)] = 1
     frequency_hz: Annotated[float, msgspec.Meta(ge=0.0, le=1e9)] = 0.0
-    """0 if not reported."""
+    """0: not reported."""
     scale: Scale = "linear"
     """linear: proportional to pressure amplitude; db: decibels; log8: a = scale_factor * log10(linear)."""
     scale_factor: Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)] = 1.0
-    """log8: the factor F (s7k record 7042, default 40); db: decibels a count; linear: unused."""
+    """log8: the factor (s7k record 7042, default 40); db: decibels a count."""
     setting: str = ""
-    """Other settings, such as gain; levels of different settings are not comparable."""
+    """Such as gain; levels of different settings are not comparable."""
     no_data: list[tuple[int, int, int]] = []
     """Samples without data, as runs (beam, first, stop)."""
     beam_t_ns: list[Instant] = []
-    """(beams,) transmit times of a mechanically scanned sonar, `t_ns` of the newest; empty: all at `t_ns`."""
+    """(beams,) transmit times of a mechanically scanned sonar, `t_ns` the newest; empty: all at `t_ns`."""
     sweep: Sweep | None = None
-    """Of a mechanically scanned sonar, whose ping has beams over 50 degrees at most."""
+    """Of a mechanically scanned sonar, whose pings cover 50 degrees at most."""
     range_grid: RangeGrid | None = None
-    """Of a 3-D sonar: `data` are ranges by bearing and elevation."""
+    """Of a 3-D sonar: `data` are ranges."""
 
 
 def frame_of(ping: Ping) -> "AnyArray":

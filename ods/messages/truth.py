@@ -6,7 +6,7 @@ from ods.messages.fields import Count, Instant, Quaternion, Vector3
 
 
 class TruthObject(msgspec.Struct, frozen=True):
-    """Ground truth of a simulated object."""
+    """A simulated object."""
 
     name: str
     position_ned: Vector3
@@ -20,7 +20,7 @@ class TruthObject(msgspec.Struct, frozen=True):
 
 
 class Truth(msgspec.Struct, frozen=True):
-    """Ground truth of one ping from the simulator; on the bench only, never read on board."""
+    """One ping of the simulator."""
 
     ping_number: Count
     t_ns: int
@@ -33,12 +33,12 @@ class Truth(msgspec.Struct, frozen=True):
 
 
 class VehicleTruth(msgspec.Struct, frozen=True):
-    """Ground truth of the simulated vehicle that obeys set points; on the bench only, never read on board."""
+    """The simulated vehicle that obeys set points."""
 
     seq: Count
     t_ns: Instant
     scene_s: float
-    """Scene time: 0 at the start of the mission."""
+    """0 at the start of the mission."""
     position_ned: Vector3
     attitude: Quaternion
     velocity_ned: Vector3

@@ -20,52 +20,49 @@ from ods.messages.fields import (
 
 
 class Pose(msgspec.Struct, frozen=True):
-    """The pose of the vehicle's origin as its own navigation filter reports it."""
+    """Pose of the vehicle's origin from its navigation filter."""
 
     seq: Count
     t_ns: Instant
     utc_ns: Instant
     position_ned: Coordinates
     attitude: tuple[Part, Part, Part, Part]
-    """w, x, y, z; body to global."""
     velocity_body: Velocity
     """FRD, m/s."""
     sigma_position_ned: Coordinates
-    """Standard deviations, m."""
+    """m."""
     sigma_attitude: tuple[Uncertainty, Uncertainty, Uncertainty]
-    """Standard deviations of roll, pitch, yaw, rad."""
+    """Roll, pitch, yaw, rad."""
     utc_source: UtcSource = "unsure"
-    """Source of `utc_ns`: this computer's clock, the INS's, or an unreliable one."""
     altitude_m: Height | None = None
-    """Of the vehicle's origin over the bottom straight below; none: not reported, or implausible."""
+    """Of the vehicle's origin over the bottom below; none: not reported, or implausible."""
     sigma_altitude_m: Coordinate = 0.0
-    """Its standard deviation."""
 
 
 class Site(msgspec.Struct, frozen=True):
-    """The origin of the local frame, on the ellipsoid of WGS 84 (height 0): its plane touches there."""
+    """Origin of the local frame, on the ellipsoid of WGS 84 (height 0)."""
 
     latitude_deg: Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
     longitude_deg: Annotated[float, msgspec.Meta(ge=-180.0, le=180.0)]
 
 
 class PoseAt(msgspec.Struct, frozen=True):
-    """The pose of the vehicle's origin, or of the sonar's head, at one instant: from `Pose`s, by interpolation."""
+    """Pose of the vehicle's origin, or of the sonar's head, at one instant, interpolated."""
 
     position_ned: Vector3
     attitude: Quaternion
-    """w, x, y, z; body, or head, to global."""
+    """Body, or head, to global."""
     velocity_ned: Vector3
     """Of the vehicle's origin, m/s."""
     sigma_position: Vector3
     sigma_attitude: Vector3
-    """Standard deviations of the vehicle's roll, pitch, yaw, rad."""
+    """The vehicle's roll, pitch, yaw, rad."""
     extrapolated_s: float = 0.0
-    """Time to the `Pose` from which it was extrapolated; 0: interpolated."""
+    """Time since the `Pose` from which it was extrapolated; 0: interpolated."""
 
 
 class VehicleSetPoint(msgspec.Struct, frozen=True):
-    """Set point of the reference planner for the simulated vehicle; on the bench only."""
+    """Set point of the reference planner for the simulated vehicle."""
 
     seq: Count
     t_ns: Instant
@@ -78,7 +75,7 @@ class VehicleSetPoint(msgspec.Struct, frozen=True):
     down_m: float
     """Of the vehicle's origin."""
     list_seq: Count
-    """`ObstacleList.seq` of the list that it was made of."""
+    """`seq` of its `ObstacleList`."""
     avoiding: bool
     """Something is in the way to the way-point."""
     valid: bool

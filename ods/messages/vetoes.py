@@ -8,16 +8,15 @@ from ods.messages.fields import LARGEST_REGION_M, LONGEST_VETO_S, MOST_CORNERS, 
 
 
 class VetoRegion(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
-    """A region that a veto names: a circle or a polygon, in the local frame. Only what lies whole inside is meant."""
+    """A circle or a polygon in the local frame; obstacles must lie whole inside."""
 
     centre_ne: tuple[Coordinate, Coordinate] | None = None
-    """North and east of a circle's centre; none: a polygon."""
+    """Of a circle; none: a polygon."""
     radius_m: Annotated[float, msgspec.Meta(ge=0.0, le=LARGEST_REGION_M)] = 0.0
     corners_ne: Annotated[list[tuple[Coordinate, Coordinate]], msgspec.Meta(max_length=MOST_CORNERS)] = []
-    """North and east of a polygon's corners in order, at least three; empty: a circle."""
+    """Of a polygon in order, at least three; empty: a circle."""
     down_m: tuple[Coordinate, Coordinate] | None = None
-    """From and to this down coordinate, where lists have depths: two standard deviations of an object's must fit. None:
-    any."""
+    """From and to this down coordinate, where lists have depths: two sigmas of an object's must fit. None: any."""
 
     def __post_init__(self) -> None:
         if (self.centre_ne is None) == (not self.corners_ne):
@@ -34,13 +33,14 @@ class VetoRegion(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, 
 
 
 class Veto(msgspec.Struct, frozen=True, kw_only=True):
-    """An operator's veto that holds: he says that obstacles are to be ignored."""
+    """An operator's veto that holds: planners may ignore these obstacles."""
 
     number: Count
     """Counted by the tracker, from 0."""
     author: str
-    """Name of the key by which it came."""
+    """Name of the operator's key."""
     reason: str
+    """The operator's."""
     until_ns: Instant
     """When it expires."""
     until_utc_ns: Instant
@@ -55,16 +55,16 @@ VetoAction = Literal["ignore", "forget", "restore", "list"]
 
 
 class VetoRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
-    """An operator's request to the tracker, on a socket that takes the keys of operators only (`ods keys`)."""
+    """An operator's request, on a socket that takes operators' keys only (`ods keys`)."""
 
     do: VetoAction
-    """ignore: an obstacle by `id`, or what rests in a `region`, for `for_s`; forget: drop an obstacle by `id` until it
-    echoes again; restore: end a veto by its `number`, or its obstacle's `id`; list: only the answer."""
+    """ignore: an obstacle by `id`, or static ones in a `region`, for `for_s`; forget: drop an obstacle by `id` until
+    it echoes again; restore: end a veto by its `number`, or its obstacle's `id`; list: only the answer."""
     id: ObjectId | None = None
     region: VetoRegion | None = None
     number: Count | None = None
     reason: Annotated[str, msgspec.Meta(max_length=200)] = ""
-    """Never empty, except with `list`."""
+    """The operator's; never empty, except with `list`."""
     for_s: Annotated[float, msgspec.Meta(gt=0.0, le=LONGEST_VETO_S)] | None = None
     """With `ignore` only."""
 
@@ -91,14 +91,14 @@ class VetoAnswer(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class VetoOrder(msgspec.Struct, frozen=True, kw_only=True):
-    """A request as the tracker took it, published for the record: lists after it were made with it."""
+    """A request as the tracker took it: lists after it were made with it."""
 
     seq: Count
     t_ns: Instant
     """When it was carried out or refused."""
     utc_ns: Instant
     author: str
-    """Name of the key by which it came."""
+    """Name of the operator's key."""
     request: VetoRequest
     refused: str
-    """Why it was refused; empty: carried out."""
+    """Why; empty: carried out."""

@@ -1,1 +1,1 @@
-"""`ods missions`: many missions in random worlds, with the vehicle in the loop, and what came of them."""
+"""Many missions in random worlds, with the vehicle in the loop."""

@@ -1,1 +1,1 @@
-"""From the data of the inertial navigation system, on CAN or as text, to poses."""
+"""Data of the INS, on CAN or as text, to poses."""

@@ -24,20 +24,20 @@ REFUSED_INTERFACES = {
 
 
 class CanSettings(Settings, frozen=True):
-    """The CAN interface, with python-can's names."""
+    """CAN by python-can."""
 
     interface: str = "socketcan"
-    """python-can's name of the driver: socketcan, slcan, pcan, kvaser, virtual ..."""
+    """Driver: socketcan, slcan, pcan, kvaser, virtual ..."""
     channel: str = "can0"
     """Network interface, or device of the adapter."""
     bitrate: PositiveInt | None = None
     """bit/s; not for socketcan."""
     options: dict[str, OptionValue] = msgspec.field(default_factory=dict)
-    """More arguments of python-can's bus class, as tty_baudrate of slcan."""
+    """For python-can's bus class, such as slcan's tty_baudrate."""
     receive_buffer_bytes: PositiveInt = 8 * 1024 * 1024
-    """Size of the kernel's receive buffer (socketcan)."""
+    """The kernel's (socketcan)."""
     silence_s: Seconds = 1.0
-    """After so long without a frame the interface is opened again."""
+    """Without a frame for this long the interface is reopened."""
 
     def __post_init__(self) -> None:
         why = REFUSED_INTERFACES.get(self.interface)
@@ -54,40 +54,39 @@ class CanSettings(Settings, frozen=True):
 
 
 class LimitSettings(Settings, frozen=True):
-    """Limits of a plausible pose; others are dropped and counted."""
+    """Poses beyond these are dropped and counted."""
 
     horizontal_m: Positive = 100_000.0
-    """Largest distance from the site's origin along north and east."""
+    """From the site's origin, along north and east."""
     height_m: NonNegative = 100.0
-    """Largest height above the datum."""
+    """Above the datum."""
     depth_m: Positive = 12_000.0
-    """Largest depth below the datum."""
+    """Below the datum."""
     speed: Annotated[Positive, unit("m/s")] = 30.0
-    """Largest speed along each body axis, m/s."""
+    """Along each body axis, m/s."""
     age_s: Annotated[Positive, slider(0.1, 5.0, unit="s")] = 1.0
-    """Longest time from the pose's instant to its arrival."""
+    """From the pose's instant to its arrival."""
     altitude_m: Annotated[float, msgspec.Meta(gt=0.0, le=20_000.0)] = 500.0
-    """Largest altitude over the bottom."""
+    """Over the bottom; a larger one is left out of its pose."""
 
 
 class SigmaSettings(Settings, frozen=True):
-    """Standard deviations of an INS that reports none."""
+    """Standard deviations (sigmas) of an INS that reports none."""
 
     position_m: Annotated[Positive, slider(0.01, 50.0, log=True, unit="m")] = 0.5
-    """Standard deviation of north, east and down."""
+    """North, east and down."""
     attitude_rad: Annotated[Positive, slider(1e-4, 0.2, log=True, unit="rad")] = 0.005
-    """Standard deviation of roll, pitch and yaw."""
+    """Roll, pitch and yaw."""
     altitude_m: Annotated[Positive, slider(0.01, 10.0, log=True, unit="m")] = 0.3
-    """Standard deviation of the altitude over the bottom."""
+    """Over the bottom."""
 
 
 class ObjectSettings(Settings, frozen=True):
-    """An object of the INS that needs more than the name of its pose field."""
+    """Where the pose field's name is not enough."""
 
     field: str
-    """Name of the pose field."""
     factor: float | None = None
-    """Field's unit per count; left out: `Factor` of the EDS, otherwise 1."""
+    """Field's unit per count; left out: `Factor` of the EDS, else 1."""
 
     def __post_init__(self) -> None:
         if self.factor == 0.0:
@@ -118,38 +117,35 @@ STATUS_BITS: dict[str, StatusBit] = {"position": 0, "attitude": 1, "velocity": 2
 
 
 class CanopenSettings(Settings, frozen=True):
-    """An INS by CANopen, and the own node."""
+    """The INS, and this process as a node."""
 
     ins_eds: Path
-    """EDS or DCF file of the INS."""
+    """EDS or DCF file."""
     node_eds: Path
-    """EDS file of the CANopen node of this process."""
+    """EDS file of this node."""
     ins_node_id: NodeId = 5
-    """CANopen node id of the INS."""
     node_id: NodeId = 32
-    """CANopen node id of this process."""
+    """Of this node."""
     objects: dict[str, str | ObjectSettings] = msgspec.field(default_factory=lambda: dict(POSE_OBJECTS))
-    """Pose field of each object of the INS, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`. Replaces
-    all of the default table (docs/navigation/canopen.md)."""
+    """Pose field of each object, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`. Replaces all of the
+    default table (docs/navigation/canopen.md)."""
     status_bits: dict[str, StatusBit] = msgspec.field(default_factory=lambda: dict(STATUS_BITS))
-    """Bit of the status object that is set while position, attitude, velocity, time_of_day or altitude is valid; a part
-    left out always is."""
+    """Bit of the status object set while position, attitude, velocity, time_of_day or altitude is valid; parts left
+    out always are."""
     epoch_window_s: Seconds = 0.005
-    """Without sequence numbers: longest time from first to last PDO of an instant; shorter than between two
-    instants."""
+    """Without sequence numbers: from first to last PDO of an instant; shorter than between instants."""
     start_ins: bool = False
-    """Send NMT start to the INS after its boot-up and while it is pre-operational; without heartbeat, while there is no
-    pose."""
+    """NMT start to the INS after boot-up and while it is pre-operational; without heartbeat, while there is no pose."""
     sync_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.0
-    """Period of this node's SYNC; 0: none."""
+    """Of this node's SYNC; 0: none."""
     heartbeat_timeout_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 1.0
-    """Longest time without the INS's heartbeat; 0: it sends none."""
+    """Of the INS; 0: it sends none."""
     heartbeat_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 0.5
-    """Period of this node's own heartbeat; 0: none."""
+    """Of this node; 0: none."""
     emcy_inhibit_s: Annotated[float, msgspec.Meta(ge=0.0, le=6.5)] = 0.1
-    """Shortest time between two emergency messages."""
+    """Least time between emergency messages."""
     serial_number: Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)] = 0
-    """Serial number in this node's identity object."""
+    """Of this node's identity object."""
 
     def __post_init__(self) -> None:
         if self.node_id == self.ins_node_id:
@@ -163,15 +159,15 @@ class PartSettings(Settings, frozen=True):
     """One signal of a DBC file: sign x factor x value."""
 
     signal: str
-    """MESSAGE.SIGNAL of the DBC."""
+    """MESSAGE.SIGNAL."""
     unit: str | None = None
-    """Unit of the signal, if the DBC has none or a wrong one."""
+    """Of the signal, if the DBC has none or a wrong one."""
     factor: float | None = None
     """Pose field's unit per unit of the signal, instead of `unit`."""
     sign: Literal[1, -1] = 1
-    """-1 inverts the signal: a depth reported as altitude."""
+    """-1: inverted, such as a depth reported as altitude."""
     any_value: bool = False
-    """Use values outside the DBC's range, too."""
+    """Also outside the DBC's range."""
 
     def __post_init__(self) -> None:
         if self.unit is not None and self.factor is not None:
@@ -181,49 +177,49 @@ class PartSettings(Settings, frozen=True):
 
 
 class SignalSettings(PartSettings, frozen=True):
-    """A signal and its conversion to a pose field: sign x factor x value + plus + offset."""
+    """Pose field = sign x factor x value + plus + offset."""
 
     plus: str | PartSettings | None = None
-    """A second signal that is added, such as a fraction or lower bits."""
+    """A second signal, such as a fraction or lower bits."""
     offset: float = 0.0
-    """Offset that is added last, in the field's unit."""
+    """In the field's unit."""
 
 
 class HeldSettings(Settings, frozen=True):
-    """A message with a rate of its own: its newest values are held."""
+    """Newest values of a message with its own rate."""
 
     max_age_s: Seconds = 0.5
-    """Longest time that values are held; older: no pose."""
+    """Older values give no pose."""
     growth_m_s: NonNegative = 0.2
-    """Growth of a held position's standard deviation with its age."""
+    """Of a position's sigma with its age."""
     growth_rad_s: NonNegative = 0.1
-    """Growth of a held angle's standard deviation with its age."""
+    """Of an angle's."""
 
 
 class TimeSettings(Settings, frozen=True):
-    """The INS's own clock in a DBC file."""
+    """The INS's clock."""
 
     signal: str
-    """MESSAGE.SIGNAL of the DBC."""
+    """MESSAGE.SIGNAL."""
     unit: str | None = None
-    """Unit of the signal, if the DBC has none or a wrong one."""
+    """As of other signals."""
     wraps_at: Positive | None = None
-    """Value at which it restarts from 0; left out: an integer's full number of bits, others never."""
+    """Where it restarts from 0; left out: an integer's number of bits, others never."""
 
 
 class ValiditySettings(Settings, frozen=True):
-    """A status that must hold for poses to be used."""
+    """A status required for poses to be used."""
 
     signal: str
-    """MESSAGE.SIGNAL; its integer as transmitted, without factor and offset."""
+    """MESSAGE.SIGNAL as transmitted, without factor and offset."""
     mask: NonNegativeInt | None = None
     """Bits that count; none: all."""
     accept: list[NonNegativeInt] | None = None
-    """Values, after the mask, that mean valid; none: all bits of the mask set."""
+    """Values after the mask; none: all bits of the mask set."""
     says: str = "pose"
-    """Name of what is not valid otherwise, for the health report."""
+    """Its name in the health report."""
     holds_s: Seconds = 2.0
-    """A status older than this does not count."""
+    """An older status does not count."""
 
     def __post_init__(self) -> None:
         if self.mask is None and self.accept is None:
@@ -235,27 +231,25 @@ class ValiditySettings(Settings, frozen=True):
 
 
 class DbcSettings(Settings, frozen=True):
-    """An INS whose frames a DBC file describes. Nothing is sent."""
+    """Frames of a DBC file; nothing is sent."""
 
     file: Path
-    """The DBC file."""
     signals: dict[str, str | SignalSettings]
     """MESSAGE.SIGNAL of each pose field (docs/navigation/dbc.md), or a table."""
     time: str | TimeSettings | None = None
     """Signal of the INS's clock; left out: arrival counts."""
     epoch: list[str] | None = None
-    """Messages of one instant in the order of sending; left out: found by the silence after the last."""
+    """Messages of one instant in sending order; left out: found by the silence after the last."""
     sequence: list[str] = msgspec.field(default_factory=list)
-    """Counter or time stamp with the same value in all messages of an instant, MESSAGE.SIGNAL of each; then order does
-    not matter."""
+    """MESSAGE.SIGNAL of a counter or time stamp that all messages of an instant share; then order does not matter."""
     held: dict[str, HeldSettings] = msgspec.field(default_factory=dict)
-    """Messages with a rate of their own, by name."""
+    """Messages with a rate of their own."""
     window_s: Seconds = 0.008
-    """An epoch must be complete this soon after its instant; shorter than the INS's period."""
+    """Longest time from an instant to its last message; shorter than the INS's period."""
     valid: list[ValiditySettings] = msgspec.field(default_factory=list)
-    """Conditions for poses to be used."""
+    """Conditions for using a pose."""
     source_address: Annotated[int, msgspec.Meta(ge=0, le=253)] | None = None
-    """J1939 and NMEA 2000: source address of the messages; left out: any."""
+    """J1939 and NMEA 2000: of the messages; left out: any."""
 
 
 NMEA_CHOICES: dict[str, tuple[str, ...]] = {
@@ -273,19 +267,19 @@ TALKER = re.compile(r"^(?!P)[A-Z]{2}(?=[A-Z]{3}$)")
 
 
 class NmeaSettings(Settings, frozen=True):
-    """An INS, or sensors, with NMEA 0183 or PD6 on one line. Nothing is sent. Each part of the pose names its sentence:
-    GGA of any talker, or INGGA of one."""
+    """NMEA 0183 or PD6 on one line; nothing is sent. Each part of the pose names its sentence: GGA of any talker, or
+    INGGA of one."""
 
     port: str
     """Serial device; "udp://0.0.0.0:10110", to receive datagrams; "socket://192.168.0.5:4001", a serial server."""
     baud: PositiveInt = 115200
-    """Bit rate of a serial device, bit/s."""
+    """bit/s."""
     sender: str | None = None
-    """IP address of the sender of datagrams; none: any."""
+    """IP address of the datagrams' sender; none: any."""
     place: str = "GGA"
     """GGA or RMC."""
     depth: str = "GGA"
-    """GGA: its altitude above mean sea level; DPT, DBT, DBS, TS: depth below the surface."""
+    """GGA: altitude above mean sea level; DPT, DBT, DBS, TS: depth below the surface."""
     attitude: str = "PASHR"
     """PASHR, PSXN (kind 23) or SA: roll and pitch; each makes a pose."""
     heading: str = "PASHR"
@@ -299,13 +293,12 @@ class NmeaSettings(Settings, frozen=True):
     accept: dict[Literal["estimated", "manual", "simulated", "unsafe"], Annotated[NonNegative, unit("m")]] = (
         msgspec.field(default_factory=lambda: {"estimated": 10.0})
     )
-    """Kinds that are used although they are no fix (GGA of quality 6, 7, 8; RMC and VTG of mode E, M, S; RMC of status
-    U), each with its addition to the position's standard deviation, m: nothing for estimated ones if `accuracy` is set.
-    Others are refused."""
+    """Kinds that are used although they are no fix (docs/navigation/nmea.md), each with its addition to the position's
+    sigma, m: nothing for estimated ones if `accuracy` is set. Others are refused."""
     held: dict[str, HeldSettings] = msgspec.field(
         default_factory=lambda: {name: HeldSettings(max_age_s=1.5) for name in ("GGA", "RMC", "GST")}
     )
-    """How long each sentence is held, by name without talker."""
+    """Sentences that are held, by name without talker."""
 
     @property
     def look_at(self) -> str:
@@ -335,18 +328,15 @@ class NavSettings(Settings, frozen=True):
     source: Literal["canopen", "dbc", "nmea"] = "canopen"
     """Protocol of the INS; its table has the settings."""
     canopen: CanopenSettings | None = None
-    """For source "canopen"."""
     dbc: DbcSettings | None = None
-    """For source "dbc"."""
     nmea: NmeaSettings | None = None
-    """For source "nmea"."""
     can: CanSettings = CanSettings()
     lever_arm_m: Lever = (0.0, 0.0, 0.0)
     """Point whose position and velocity the INS reports: forward, starboard, down of the body's origin."""
     stale_s: Seconds = 0.5
-    """Time without a pose that is a problem."""
+    """Longer without a pose is a problem."""
     clock_jump_s: Seconds = 0.1
-    """A larger step of the INS's clock is followed when four epochs confirm it."""
+    """A larger step of the INS's clock is accepted when four epochs confirm it."""
     limits: LimitSettings = LimitSettings()
     sigma: SigmaSettings = SigmaSettings()
 

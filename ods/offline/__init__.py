@@ -1,1 +1,1 @@
-"""Pings to obstacle lists as on board, without sockets: files, scenes, and what came of them, scored and drawn."""
+"""Pings of files and scenes to obstacle lists as on board, scored and drawn."""

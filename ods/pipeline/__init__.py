@@ -1,1 +1,1 @@
-"""Pings to detections: pure, replaceable stages chained by name."""
+"""Pings to detections, by replaceable stages."""

@@ -27,37 +27,36 @@ DEFAULT_STAGES: tuple[StageTable, ...] = (
 
 
 class AttentionSettings(Settings, frozen=True):
-    """Focus of attention [SSIE]: near ranges are processed at each ping, far ones at every n-th."""
+    """Far ranges only at every n-th ping [SSIE]."""
 
     near_m: Annotated[NonNegative, slider(0.0, 100.0, step=1.0, unit="m")] = 0.0
-    """Ranges nearer than this are processed at each ping; 0: all are."""
+    """Nearer ranges are processed at each ping; 0: all."""
     every: Annotated[int, msgspec.Meta(ge=1, le=50), slider(1, 16)] = 4
-    """Number of rings beyond `near_m`; each ping processes one."""
+    """Rings beyond `near_m`; each ping processes one."""
     margin_m: Annotated[NonNegative, slider(0.0, 20.0, step=0.5, unit="m")] = 5.0
-    """A ring is processed this far beyond its borders."""
+    """Processed beyond a ring's borders."""
     subsample: Annotated[int, msgspec.Meta(ge=0, le=16), slider(0, 8, unit="samples")] = 0
     """Range samples averaged to one first; 0: as many as `pipeline.smallest_object_m` allows."""
 
 
 class PipelineSettings(Settings, frozen=True):
-    """How pings become detections."""
+    """Pings to detections."""
 
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules, with stages of your own."""
+    """Python files or modules."""
     stage: tuple[StageTable, ...] = ()
-    """The chain: tables of `use`, the stage's name, and its parameters. Empty: the default
-    (docs/pipeline/README.md)."""
+    """Tables of `use`, a stage's name, and its parameters. Empty: the default (docs/pipeline/README.md)."""
     smallest_object_m: Annotated[float, msgspec.Meta(ge=0.0, le=50.0), slider(0.0, 5.0, step=0.05, unit="m")] = 0.0
-    """Smallest object that matters, along the range: averaging, filter and smallest region follow from it unless the
-    stages have their own. 0: six range samples."""
+    """Smallest object that matters, along the range: decides averaging, filter and smallest region unless the stages
+    do. 0: six range samples."""
     attention: AttentionSettings = AttentionSettings()
     """Ranges that are processed at each ping."""
     min_range_m: Annotated[NonNegative, slider(0.0, 10.0, step=0.1, unit="m")] = 0.1
     """Nearer samples are ignored."""
     beam_width_deg: Annotated[float, msgspec.Meta(ge=0.0, le=90.0), slider(0.0, 10.0, step=0.1, unit="deg")] = 0.0
-    """Horizontal -3 dB beam width if the sonar reports none; 0: the spacing of the beams."""
+    """Horizontal, -3 dB, if the sonar reports none; 0: the beam spacing."""
     vertical_half_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0), slider(1.0, 45.0, step=0.5, unit="deg")] = 10.0
-    """Half the vertical opening of a plane of beams; sonars do not report it."""
+    """Half the vertical opening of a plane of beams."""
     range_image: RangeImageSettings = RangeImageSettings()
     """Of 3-D sonars."""
 

@@ -16,43 +16,40 @@ Down = Annotated[float, msgspec.Meta(ge=-1e5, le=1e5)]
 
 
 class SteeringSettings(Settings, frozen=True):
-    """What the vehicle can do, what distance it shall keep, and what it does without a list to rely on."""
+    """Steering, also without a valid list."""
 
     cruise_m_s: Positive = 2.0
-    """Speed through the water with nothing in the way."""
+    """Through the water."""
     slow_m_s: Positive = 1.0
-    """Least speed at which the vehicle still steers."""
+    """Least speed at which it steers."""
     turn_rate_deg_s: Positive = 10.0
-    """Degrees a second."""
     acceleration_m_s2: Positive = 0.2
     """Along the course."""
     vehicle_radius_m: NonNegative = 0.5
-    """Of the circle around the vehicle."""
     keep_m: NonNegative = 3.0
-    """Distance to keep between the vehicle's circle and an obstacle's edge."""
+    """From the vehicle's circle to an obstacle's edge."""
     risk: Annotated[float, msgspec.Meta(gt=0.0, lt=0.5)] = 0.01
-    """Highest probability that this distance is not kept."""
+    """Highest probability of coming nearer."""
     certain_s: NonNegativeSeconds = 3.0
     """Time ahead within which a risk counts fully."""
     expected_s: Seconds = 10.0
-    """From `certain_s` to here standard deviations count less and less, later not at all."""
+    """From `certain_s` to here sigmas count less and less, later not at all."""
     horizon_s: Annotated[float, msgspec.Meta(gt=1.0, le=300.0)] = 30.0
-    """Time ahead for which paths are judged."""
+    """For which paths are judged."""
     headings: Annotated[int, msgspec.Meta(ge=8, le=360)] = 60
-    """Headings that are tried, all around."""
+    """Tried all around."""
     look_m: Positive = 20.0
-    """With less water ahead known to be empty the vehicle goes slowly."""
+    """With less water ahead known to be empty it goes slowly."""
     reached_m: Positive = 10.0
-    """A way-point is reached at this distance; not less than the turning circle."""
+    """Of a way-point; not less than the turning circle."""
     stale_s: Seconds = 1.0
     """An older list counts as not valid."""
     not_valid: Literal["slow", "climb", "turn"] = "climb"
     """While the list is not valid: slow, clear of what was last listed; after `not_valid_after_s` also climb to
     `climb_to_m`, or turn back."""
     not_valid_after_s: NonNegativeSeconds = 3.0
-    """s."""
     climb_to_m: Down = 5.0
-    """Down coordinate that it climbs to."""
+    """Down coordinate."""
 
     def __post_init__(self) -> None:
         if self.slow_m_s > self.cruise_m_s:
@@ -67,14 +64,14 @@ class SteeringSettings(Settings, frozen=True):
 
 
 class PlannerCanSettings(Settings, frozen=True):
-    """The CAN bus of the simulated vehicle."""
+    """CAN to the simulated vehicle."""
 
     eds: Path
-    """EDS file of the vehicle (RPDO 1)."""
+    """Of the vehicle (RPDO 1)."""
     interface: str = "socketcan"
-    """As python-can names it; the bench replaces it,"""
+    """As python-can names it; the bench replaces it."""
     channel: str = "vcan0"
-    """and this."""
+    """The bench replaces it."""
     node_id: Annotated[int, msgspec.Meta(ge=1, le=127)] = 6
     """The vehicle's."""
 
@@ -83,7 +80,7 @@ class PlannerSettings(Settings, frozen=True):
     """The planner as a process."""
 
     way_points: Annotated[list[tuple[Coordinate, Coordinate, Down]], msgspec.Meta(min_length=1)]
-    """North, east, down, m: where to go, in this order."""
+    """North, east, down, m, in this order."""
     steering: SteeringSettings = SteeringSettings()
     can: PlannerCanSettings | None = None
     """None: set points go over the bus of the processes only."""

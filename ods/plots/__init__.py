@@ -1,1 +1,1 @@
-"""Pictures; only commands off board draw."""
+"""Pictures."""

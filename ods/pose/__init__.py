@@ -1,1 +1,1 @@
-"""The vehicle's pose at any instant, that of the sonar's head, and whether poses hold together."""
+"""The pose of vehicle and sonar head at any instant, and whether poses are plausible."""

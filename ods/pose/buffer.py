@@ -25,14 +25,14 @@ NORM_TOLERANCE = 1e-3
 
 
 class PoseSettings(Settings, frozen=True):
-    """The buffer of vehicle poses that pipeline and tracker keep."""
+    """Poses that pipeline and tracker keep."""
 
     capacity: Annotated[int, msgspec.Meta(ge=2)] = 400
-    """Number of poses that are kept."""
+    """Must reach back to a ping's transmission."""
     max_extrapolation_s: Annotated[Positive, slider(0.05, 2.0, unit="s")] = 0.3
-    """Longest extrapolation, and longest gap that is interpolated."""
+    """Longest extrapolation, and longest gap interpolated."""
     max_rate_hz: Positive = 250.0
-    """Poses kept of each second, and the newest: `capacity` must reach back to a ping's transmission."""
+    """Poses kept of each second, beside the newest."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,20 +10,20 @@ from ods.tracker.settings import TrackerSettings
 
 
 class RecordSettings(Settings, frozen=True):
-    """The recorder: writes everything on the bus to files."""
+    """Records everything on the bus."""
 
     on: bool = False
-    """`ods run`, or systemd, runs the recorder."""
+    """Record, by `ods run` or systemd."""
     folder: Path | None = None
-    """Folder in which each mission gets a folder of its own."""
+    """Each mission gets a folder inside."""
     segment_min: Annotated[float, msgspec.Meta(ge=0.1, le=60.0)] = 10.0
-    """Length of a file; their index is kept in memory."""
+    """Of a file; its index is kept in memory."""
     when_full: Literal["wait", "delete_oldest", "stop"] = "wait"
-    """When the disk is full; the oldest complete file in `folder` is deleted."""
+    """`wait`, `stop`, or `delete_oldest`: the oldest complete file in `folder`."""
     keep_free_mb: NonNegative = 100.0
-    """The disk counts as full when less is free: the map needs some."""
+    """With less the disk counts as full: the map needs some."""
     queue_mb: Annotated[float, msgspec.Meta(ge=1.0, le=1000.0)] = 32.0
-    """Memory for messages that wait for the disk; the oldest beyond it are dropped and counted."""
+    """Memory for messages that wait for the disk; older ones are dropped and counted."""
 
     def __post_init__(self) -> None:
         if self.on and self.folder is None:

@@ -1,63 +1,96 @@
 """Pages of the counters."""
 
-from ods.reference.type_names import GENERATED
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from ods.reference.markdown import head, row, table
 from ods.runtime.counters import COUNTERS, CounterRow
 
 PROCESS_COUNTERS = {
-    "sonar": "Sonar", "tracker": "Pipeline and tracker", "nav": "Navigation",
-    "others": "Bridges, other computers, bench", "recordings": "Recordings and replay",
+    "sonar": "sonar", "tracker": "pipeline and tracker", "nav": "navigation",
+    "others": "bridges, other computers, bench", "recordings": "recordings and replay",
 }  # fmt: skip
 """Pages of counters: by process, and the rest by `_counter_page`."""
 COUNTERS_HEAD = """# Counters
 
-Generated from the table in `ods/runtime/counters.py` by `make docs`; do not edit.
+Generated from `ods/runtime/counters.py` by `make docs`.
 
-Every kind of loss has a counter of its own. Each process sends its counters in its
-[health report](../messages/requests.md#health), and `ods watch` shows those that are not 0. The recorder prints its
-counters in its summary, `ods detect` those of the file it reads.
+A counter under *trouble* rises when data is lost or a device misbehaves. Each process sends its counters in its
+[health report](../messages/requests.md#health); `ods watch` shows those that are not 0, and `ods doctor --listen` those
+of `sonar` and `nav`. The recorder and `ods detect` print theirs at the end.
 
-What counts means that data is lost or a device misbehaves, except where the pages say *(normal)*. `ods doctor --listen`
-notes the losses of `sonar` and `nav`.
 """
-TABLE = "counter | counts\n---|---\n"
-NORMAL = " *(normal)*"
+
+
+class Line(NamedTuple):
+    """A counter as the pages show it."""
+
+    name: str
+    meaning: str
+    trouble: bool
 
 
 def counter_pages() -> dict[str, str]:
     """Return the index of the counters, and a page for each process or group: name and text."""
-    lines = {where: list(dict.fromkeys(map(_line, rows.values()))) for where, rows in COUNTERS.items()}
-    everywhere = [line for each in lines.values() for line in each]
-    shared = {line for line in everywhere if everywhere.count(line) > 1}
-    found: dict[str, str] = dict.fromkeys(PROCESS_COUNTERS, "")
-    listed: dict[str, list[str]] = {page: [] for page in PROCESS_COUNTERS}
-    for where, own in lines.items():
-        page = _counter_page(where)
-        listed[page].append(where)
-        rows = "".join(line for line in own if line not in shared)
-        found[page] += f"\n## {where}\n\n{TABLE}{rows}" if rows else ""
-    made = {
-        f"counters/{page}.md": f"# {PROCESS_COUNTERS[page]}: counters\n\n{GENERATED} "
-        f"[How to read it, and what several processes count](README.md).\n{text}"
-        for page, text in found.items()
-    }
-    several = "".join(
-        f"{line.rstrip()} ({', '.join(where for where in lines if line in lines[where])})\n"
-        for line in dict.fromkeys(everywhere)
-        if line in shared
+    owners = dict[Line, list[str]]()
+    for where, rows in COUNTERS.items():
+        for line in dict.fromkeys(map(_line, rows.values())):
+            owners.setdefault(line, []).append(where)
+    groups = dict[tuple[str, ...], list[Line]]()
+    for line, group in owners.items():
+        groups.setdefault(tuple(group), []).append(line)
+    found: dict[str, str] = dict.fromkeys(["README", *PROCESS_COUNTERS], "")
+    for wheres, lines in groups.items():
+        pages = {_counter_page(where) for where in wheres}
+        found[pages.pop() if len(pages) == 1 else "README"] += f"\n## {_title(wheres)}\n\n{_tables(lines)}"
+    several = found.pop("README")
+    index = table(
+        ("page", "counters of"),
+        (row(f"[{_capital(title)}]({page}.md)", _listed(page)) for page, title in PROCESS_COUNTERS.items()),
     )
-    index = "".join(f"[{PROCESS_COUNTERS[page]}]({page}.md) | {', '.join(listed[page])}\n" for page in found)
-    text = f"{COUNTERS_HEAD}\npage | counters of\n---|---\n{index}\n## What several processes count\n\n{TABLE}{several}"
-    return {"counters/README.md": text, **made}
+    return {"counters/README.md": f"{COUNTERS_HEAD}{index}{several}"} | {
+        f"counters/{page}.md": head("Counters", PROCESS_COUNTERS[page]) + text for page, text in found.items()
+    }
 
 
-def _line(row: CounterRow) -> str:
-    """Return the row of a counter; those of one kind, a counter for each topic, have the same one."""
-    name, meaning = row.name, row.meaning
+def _line(counter: CounterRow) -> Line:
+    """Return the line of a counter; those of one kind, a counter for each topic, have the same one."""
+    name, meaning = counter.name, counter.meaning
     _, _, topic = name.partition("_")
     if f"`{topic}`" in meaning:
         name, meaning = name.replace(topic, "TOPIC"), meaning.replace(f"`{topic}`", "`TOPIC`")
-    advice = f". {row.advice[:1].upper()}{row.advice[1:]}" if row.advice else ""
-    return f"`{name}` | {meaning}{advice}{'' if row.trouble else NORMAL}\n"
+    if counter.advice.startswith(meaning):
+        meaning = counter.advice
+    elif counter.advice:
+        meaning += f". {_capital(counter.advice)}"
+    return Line(name, meaning, counter.trouble)
+
+
+def _tables(lines: Iterable[Line]) -> str:
+    """Return the table of the counters that mean trouble, and that of the others; same meanings share a row."""
+    names: dict[bool, dict[str, list[str]]] = {True: {}, False: {}}
+    for line in lines:
+        names[line.trouble].setdefault(line.meaning, []).append(f"`{line.name}`")
+    tables = (
+        table(("", title), (row(", ".join(same), meaning) for meaning, same in names[trouble].items()))
+        for trouble, title in ((True, "trouble"), (False, "normal"))
+    )
+    return "\n".join(filter(None, tables))
+
+
+def _title(group: Iterable[str]) -> str:
+    bridges = {where for where in COUNTERS if where.startswith("bridge_")}
+    others = [where for where in group if where not in bridges]
+    own = [where for where in group if where in bridges]
+    return ", ".join((["bridges"] if len(own) == len(bridges) else own) + others)
+
+
+def _listed(page: str) -> str:
+    return _title([where for where in COUNTERS if _counter_page(where) == page])
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _counter_page(where: str) -> str:

@@ -1,4 +1,4 @@
-"""Pages of the packages: each folder of `ods` with the line that its `__init__.py` says of it."""
+"""Page of the packages: each package of `ods` with the line that its `__init__.py` says of it, and its folders."""
 
 import ast
 from pathlib import Path
@@ -9,34 +9,28 @@ ON_BOARD = {
     "base", "bridge", "client", "compiled", "listen", "messages", "nav_bridge", "pipeline", "pose", "recording", "ros2",
     "runtime", "sonar_link", "tracker",
 }  # fmt: skip
-FOLDER, ON, OFF = "architecture", "packages.md", "packages-off-board.md"
-HEAD = """# Packages {where}
+HEAD = """# Packages
 
-Generated from the folders' own docstrings by `make docs`; do not edit. How they are arranged:
-[architecture](README.md). Others: [{others}]({page}).
+Generated from `ods/*/__init__.py` by `make docs`. [How they depend on each other](README.md#packages).
 
-A folder's name is a word of the configuration or of the field: `use = "filter.wiener"` is in
-`ods/pipeline/filter/wiener.py`.
-
-| folder | what belongs there |
-|---|---|
+Folders have names of the configuration or of the field: the stage `filter.wiener` is `ods/pipeline/filter/wiener.py`.
 """
 
 
 def package_pages() -> dict[str, str]:
-    """Return the pages: name and text."""
+    """Return the page: name and text."""
     root = Path(ods.__file__).parent
-    on_board, others = "", ""
-    for folder in sorted(path.parent for path in root.rglob("__init__.py") if path.parent != root):
-        row = f"| `{folder.relative_to(root.parent).as_posix()}/` | {_says(folder)} |\n"
-        if folder.relative_to(root).parts[0] in ON_BOARD:
-            on_board += row
-        else:
-            others += row
-    return {
-        f"{FOLDER}/{ON}": HEAD.format(where="on board", others="off board", page=OFF) + on_board,
-        f"{FOLDER}/{OFF}": HEAD.format(where="off board", others="on board", page=ON) + others,
-    }
+    packages = sorted(path.parent for path in root.glob("*/__init__.py"))
+    on_board = "".join(_section(folder) for folder in packages if folder.name in ON_BOARD)
+    others = "".join(_section(folder) for folder in packages if folder.name not in ON_BOARD)
+    return {"architecture/packages.md": f"{HEAD}\n## On board\n\n{on_board}\n## Off board\n\n{others}"}
+
+
+def _section(package: Path) -> str:
+    """Return a package's row, which ends with its folders."""
+    inside = sorted(path.parent.name for path in package.glob("*/__init__.py"))
+    listed = f" ({', '.join(f'`{folder}`' for folder in inside)})" if inside else ""
+    return f"- `{package.name}`: {_says(package)}{listed}\n"
 
 
 def _says(folder: Path) -> str:

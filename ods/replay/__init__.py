@@ -1,1 +1,1 @@
-"""`ods replay`: recordings played again. Never imported on board."""
+"""Recordings played again."""

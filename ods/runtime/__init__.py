@@ -1,1 +1,1 @@
-"""Parts that make a process of a worker: bus, life of a process, process table, supervisor."""
+"""Bus, life of a process, process table, supervisor."""

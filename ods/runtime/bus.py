@@ -123,15 +123,15 @@ HEALTH_STALE_S = 2.0
 
 
 class BusSettings(Settings, frozen=True):
-    """The bus between the processes."""
+    """The bus between processes."""
 
     run_dir: Path = msgspec.field(default_factory=default_run_dir)
-    """Folder of sockets and locks, under 80 characters. Left out: /run/ods for root and where it exists, else
+    """Sockets and locks; under 80 characters. Left out: /run/ods for root and where it exists, else
     $XDG_RUNTIME_DIR/ods, else ~/.local/state/ods/run."""
     keys: Path | None = None
-    """Folder of other computers' keys (`ods keys`), owned by the user who runs the processes."""
+    """Other computers' keys (`ods keys`), owned by the processes' user."""
     listen: tuple[ListenSettings, ...] = ()
-    """What other computers may receive, encrypted; left out: nothing."""
+    """For other computers, encrypted."""
 
     def __post_init__(self) -> None:
         if len(str(self.run_dir)) > 80:

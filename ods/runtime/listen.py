@@ -9,12 +9,12 @@ EXAMPLE = 'such as "tcp://192.168.2.10:5600"'
 
 
 class ListenSettings(Settings, frozen=True):
-    """An address on which other computers may receive topics."""
+    """An address for other computers."""
 
     at: str
-    """"tcp://192.168.2.10:5600": IP address of one of this computer's interfaces (all: 0.0.0.0), and a port."""
+    """"tcp://192.168.2.10:5600": this computer's IP address (0.0.0.0: all) and a port."""
     topics: list[str]
-    """Topics that it sends, such as ["obstacles", "health"]."""
+    """Such as ["obstacles", "health"]."""
 
     def __post_init__(self) -> None:
         _refuse_no_address(self.at)

@@ -47,16 +47,16 @@ class SuperviseSettings(Settings, frozen=True):
     """Restarts of processes that ended or hang."""
 
     first_delay_s: NonNegative = 0.1
-    """Delay of the first restart, doubled each time up to `longest_delay_s`."""
+    """Before the first restart; doubled each time up to `longest_delay_s`."""
     longest_delay_s: NonNegative = 5.0
     settled_s: Positive = 60.0
-    """After this time of running the delay is `first_delay_s` again."""
+    """After running this long the delay is `first_delay_s` again."""
     start_s: Positive = 30.0
-    """Time for the first sign of life; twice that for a process that uses or waits for a processor."""
+    """Longest time to the first sign of life; doubled for a process that uses or waits for a processor."""
     watchdog_s: Positive = 3.0
-    """A loop without a sign of life for this time hangs; ten times as long while it waits for a processor."""
+    """Longest time without a sign of life; ten times as long while it waits for a processor."""
     stop_s: Positive = 1.5
-    """Time to stop after SIGTERM before SIGKILL."""
+    """From SIGTERM to SIGKILL."""
 
 
 class Child:

@@ -1,1 +1,1 @@
-"""Scenes to sonar pings and vehicle pose: the simulated SeaBat and the simulated vehicle."""
+"""Scenes to pings and poses: simulated sonars, INSs and vehicle."""

@@ -15,89 +15,81 @@ Blindness = Literal["zeros", "dead_beams", "cut_beams", "head_blocked", "saturat
 
 
 class FaultSettings(Settings, frozen=True):
-    """A fault on the simulated side, to check that the on-board side recovers."""
+    """A fault on the simulated side."""
 
     kind: Literal["serial_unplugged", "sonar_silent", "sonar_garbage", "ins_silent", "ins_steps", "loud"] | Blindness
-    """serial_unplugged: the sonar's line disappears; sonar_silent, ins_silent: the device sends nothing; sonar_garbage:
-    it sends other bytes; ins_steps: the INS's position is off by 47 m. In the image: zeros: all samples are 0;
-    dead_beams: those of the port half; cut_beams: those of the far half of the range; head_blocked: all are 20 dB
-    weaker; saturated: all are at full scale; loud: noise of 20 dB over the median level is added."""
+    """serial_unplugged: the sonar's line disappears; sonar_silent, ins_silent: the device sends nothing;
+    sonar_garbage: it sends other bytes; ins_steps: the INS's position is off by 47 m. Image samples: zeros: all are
+    0; dead_beams: the port half's; cut_beams: the far half's; head_blocked: 20 dB weaker; saturated: at full scale;
+    loud: with noise 20 dB over the median."""
     at_s: NonNegative
     """Mission time."""
     for_s: Positive
 
 
 class VehicleSettings(Settings, frozen=True):
-    """What a vehicle that obeys set points can do."""
+    """What the vehicle can do."""
 
     least_m_s: NonNegative = 1.0
-    """Below this speed it does not steer."""
+    """Slower, it does not steer."""
     most_m_s: Positive = 3.0
-    """m/s."""
     acceleration_m_s2: Positive = 0.2
     """Along its course."""
     turn_rate_deg_s: Positive = 10.0
-    """Degrees a second."""
     turn_acceleration_deg_s2: Positive = 10.0
-    """Degrees a second, in a second."""
     climb_m_s: Positive = 0.5
     """Up and down."""
     radius_m: Annotated[float, msgspec.Meta(ge=0.0, le=20.0)] = 0.5
-    """Of the circle around it that must not touch anything."""
+    """Of its circle, which must not touch anything."""
 
 
 class ObeyingVehicle(Settings, frozen=True):
-    """A vehicle that obeys set points over CAN.
-
-    It starts as the scene says.
-    """
+    """Obeys set points over CAN, from where the scene puts it."""
 
     eds: Path
-    """EDS file of its CANopen node (RPDO 1)."""
+    """Of its CANopen node (RPDO 1)."""
     node_id: Annotated[int, msgspec.Meta(ge=1, le=127)] = 6
     current_m_s: tuple[Speed, Speed] = (0.0, 0.0)
-    """North, east: the water takes it along."""
+    """North, east."""
     can_do: VehicleSettings = VehicleSettings()
 
 
 class SimSettings(Settings, frozen=True):
-    """The simulated devices and their interfaces."""
+    """The simulated devices."""
 
     scene: Path
-    """TOML file of the scene, relative to the configuration."""
     sonar: Path
-    """TOML file of the sonar."""
     ins: Literal["canopen", "dbc", "nmea"] = "canopen"
-    """The simulated INS; nav.source on board must be the same."""
+    """nav.source on board must be the same."""
     ins_eds: Path | None = None
-    """For ins "canopen": its EDS file."""
+    """Of "canopen"."""
     ins_dbc: Path | None = None
-    """For ins "dbc": its DBC file, with the messages of config/sbg.dbc."""
+    """Of "dbc", with the messages of config/sbg.dbc."""
     can: Literal["auto", "vcan0", "slcan"] = "auto"
     """auto: vcan0 where the kernel has it, else slcan."""
     sonar_line: Literal["serial", "tcp", "oculus", "norbit", "ping360", "ping360_udp", "sonar3d15"] = "serial"
-    """serial: s7k records on a pseudo-terminal; tcp: the same in network frames, for one client at 127.0.0.1; oculus,
-    norbit: those sonars, by TCP there; ping360, ping360_udp: a Ping360 on a pseudo-terminal, or behind a bridge at
-    127.0.0.1; sonar3d15: by multicast there."""
+    """serial: s7k on a pseudo-terminal; tcp: the same in network frames, for one client; oculus, norbit: by TCP;
+    ping360, ping360_udp: a Ping360 on a pseudo-terminal, or behind a bridge; sonar3d15: by multicast. Networks at
+    127.0.0.1."""
     sonar_tcp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 7000
-    """TCP port at 127.0.0.1, unless serial."""
+    """Unless serial."""
     sonar_status_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 52102
-    """UDP port at 127.0.0.1 of an Oculus's status."""
+    """UDP, an Oculus's."""
     sonar_command_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 2209
-    """TCP port at 127.0.0.1 of a Norbit's commands."""
+    """TCP, a Norbit's."""
     sonar_udp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 9092
-    """ping360_udp: UDP port of the bridge at 127.0.0.1; sonar3d15: of the multicast group."""
+    """Of ping360_udp's bridge, or sonar3d15's multicast group."""
     boot_s: NonNegative = 2.0
-    """From the ports' appearance to the first ping."""
+    """Before the first ping."""
     sonar_latency_ms: NonNegative = 2.0
-    """From the last echo to the first byte on the line; the bench configures it on board."""
+    """From the last echo to the first byte; the bench sets it on board, too."""
     pose_rate_hz: Positive = 100.0
     vehicle: ObeyingVehicle | None = None
-    """None: the vehicle goes as the scene says."""
+    """None: the vehicle moves as the scene says."""
     sonar_clock_offset_s: float = 0.25
-    """The sonar's clock minus UTC."""
+    """Clock minus UTC."""
     ins_clock_offset_s: float = -0.125
-    """The INS's clock minus UTC."""
+    """Clock minus UTC."""
     fault: list[FaultSettings] = msgspec.field(default_factory=list)
 
     def __post_init__(self) -> None:

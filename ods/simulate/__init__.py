@@ -1,1 +1,1 @@
-"""`ods simulate`: files, charts and tables of simulated sonar images."""
+"""Files, charts and tables of simulated images."""

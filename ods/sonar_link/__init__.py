@@ -1,1 +1,1 @@
-"""Bytes from the sonar (serial line, TCP, files) to pings."""
+"""Bytes from the sonar, or of files, to pings."""

@@ -18,44 +18,41 @@ from ods.sonar_link.sonar3d15.settings import Sonar3d15Settings
 
 
 class SonarSettings(Settings, frozen=True):
-    """The line to the sonar, and the sonar's settings."""
+    """The line to the sonar."""
 
     port: str
-    """Serial device; "tcp://192.168.0.5:7000", a sonar on the network (s7k: in network frames);
-    "socket://192.168.0.5:4001", a serial server with the bare bytes; "udp://192.168.2.2:9092", a bridge with datagrams;
-    "udp://224.0.0.96:4747", a multicast group."""
+    """Serial device; "tcp://192.168.0.5:7000", the sonar itself (s7k: network frames); "socket://192.168.0.5:4001", a
+    serial server; "udp://192.168.2.2:9092", a datagram bridge; "udp://224.0.0.96:4747", a multicast group."""
     protocol: str = "s7k"
     """Name in docs/sonars/README.md, or of a plug-in."""
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules, with protocols of your own."""
+    """Python files or modules."""
     baud: Annotated[int, msgspec.Meta(ge=300, le=100_000_000)] = 12_000_000
-    """Bit rate of the serial line, bit/s."""
+    """bit/s."""
     publish_raw: bool = False
-    """Publish the line's bytes as `raw`, for the recorder."""
+    """Publish the line's bytes for the recorder."""
     latency_ms: Annotated[float, msgspec.Meta(ge=-200.0, le=60_000.0), slider(-50.0, 1000.0, unit="ms")] = 0.0
-    """From the last echo's arrival to the first byte of its record on the line. Below 0 only to compensate for a later
-    INS."""
+    """From the last echo's arrival to its record's first byte. Below 0 only to compensate for a later INS."""
     max_record_bytes: Annotated[int, msgspec.Meta(ge=1024, le=64 * 1024 * 1024)] = 4 * 1024 * 1024
-    """Longest record; a header with a larger size is noise."""
+    """A header with a larger size is noise."""
     record_timeout_s: Seconds = 1.0
-    """A record that takes longer is dropped; longer than the longest record on the line. A false header delays pings by
-    as much at most."""
+    """Slower records are dropped, so longer than any takes; a false header delays pings by as much at most."""
     reopen_min_s: Seconds = 0.1
-    """Pause before a lost port is opened again; doubles with every failure."""
+    """Before a lost port is reopened; doubles with every failure."""
     reopen_max_s: Seconds = 1.0
     """Longest such pause."""
     silence_s: NonNegativeSeconds = 5.0
-    """A TCP connection or UDP peer silent for this time is opened again; 0: never."""
+    """A TCP or UDP peer silent for this long is connected again; 0: never."""
     range_m: SonarRange | None = None
-    """Range set after each connection; left out: unchanged."""
+    """Left out: unchanged."""
     power_db: SonarLevel | None = None
-    """Likewise transmit power, dB re 1 uPa at 1 m."""
+    """Likewise; dB re 1 uPa at 1 m."""
     gain_db: SonarLevel | None = None
-    """Likewise receiver gain."""
+    """Likewise."""
     control_repeat_s: Seconds = 1.0
-    """Time for a setting to take effect before it is sent again."""
+    """A setting without effect is sent again after this time."""
     control_attempts: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
-    """Times a setting is sent before it counts as not accepted."""
+    """Attempts before a setting counts as not accepted."""
     mounting: MountingSettings = MountingSettings()
     s7k: S7kSettings = S7kSettings()
     oculus: OculusSettings = OculusSettings()

@@ -1,1 +1,1 @@
-"""`ods track`: obstacles of recorded or simulated pings, as on board: files, pictures, movies, scores."""
+"""Obstacles of recorded or simulated pings: files, pictures, movies, scores."""

@@ -1,1 +1,1 @@
-"""Detections and pose to obstacles: observers, association, life cycle, map."""
+"""Detections and poses to obstacles."""

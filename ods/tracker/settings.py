@@ -31,17 +31,17 @@ Probability = Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)]
 
 
 class MotionSettings(Settings, frozen=True):
-    """How objects move: the process noise of the Kalman filters."""
+    """Process noise of the Kalman filters."""
 
     velocity_sigma: Annotated[Positive, slider(0.01, 10.0, log=True, unit="m/s")] = 1.0
-    """Standard deviation of a new moving object's velocity, north and east, m/s."""
+    """Of a new moving object, north and east, m/s."""
     vertical_velocity_sigma: Annotated[Positive, slider(0.01, 3.0, log=True, unit="m/s")] = 0.3
-    """Standard deviation of a new moving object's velocity, down, m/s."""
+    """Of a new moving object, down, m/s."""
     acceleration_noise: Annotated[NonNegative, slider(0.0, 1.0, step=1e-5, log=True, unit="m^2/s^3")] = 0.01
-    """Spectral density of a moving object's acceleration, m^2/s^3. More: follows manoeuvres sooner, knows steady motion
-    less well."""
+    """Spectral density of a moving object's acceleration, m^2/s^3. More: follows manoeuvres sooner, knows steady
+    motion less well."""
     steady_noise: Annotated[NonNegative, slider(0.0, 1e-3, step=1e-8, log=True, unit="m^2/s^3")] = 1e-6
-    """Spectral density of a steady object's acceleration, m^2/s^3 (observer `manoeuvring`)."""
+    """The same of steady motion, m^2/s^3 (observer `manoeuvring`)."""
     static_noise: Annotated[NonNegative, slider(0.0, 1e-3, step=1e-8, log=True, unit="m^2/s")] = 2e-6
     """Spectral density of a static object's position, m^2/s: the drift of the pose."""
     radius_noise: Annotated[NonNegative, slider(0.0, 0.1, step=1e-5, log=True, unit="m^2/s")] = 1e-3
@@ -51,90 +51,87 @@ class MotionSettings(Settings, frozen=True):
     change_rate: Annotated[float, msgspec.Meta(ge=0.0, le=1.0), slider(0.0, 1.0, step=1e-4, log=True, unit="1/s")] = (
         0.001
     )
-    """Rate at which an object starts or stops moving, 1/s."""
+    """At which an object starts or stops moving, 1/s."""
 
 
 class EchoSettings(Settings, frozen=True):
-    """Rates of detections, missed detections and false alarms."""
+    """Detections, missed detections and false alarms."""
 
     detection_probability: Annotated[Probability, slider(0.05, 0.99, step=0.01)] = 0.9
-    """Probability that an object in full view is detected in a scan."""
+    """That an object in full view is detected in a scan."""
     clutter_per_scan: Annotated[Positive, slider(0.01, 100.0, log=True)] = 1.0
     """Expected false alarms in a scan at the start; then estimated."""
     births_per_scan: Annotated[Positive, slider(0.001, 1.0, log=True)] = 0.03
-    """Expected number of new objects in a scan after 0.15 s, in proportion to the time. Its ratio to the false alarms
-    decides how much evidence a new object needs."""
+    """Expected new objects per 0.15 s. With fewer a new object needs more evidence."""
     births_at_start: Annotated[Positive, slider(0.001, 5.0, log=True)] = 0.3
-    """Expected number of new objects in each of the first two scans."""
+    """Expected new objects in each of the first two scans."""
     gate_sigmas: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 10.0, step=0.1)] = 4.0
     """Largest distance of a detection from the prediction."""
     silence_rate: Annotated[Positive, slider(0.001, 1.0, log=True, unit="1/s")] = 0.02
-    """Rate at which an object in view stops giving echoes (aspect, shadow), 1/s."""
+    """At which an object in view stops giving echoes (aspect, shadow), 1/s."""
     return_rate: Annotated[Positive, slider(0.001, 1.0, log=True, unit="1/s")] = 0.1
-    """Rate at which a silent object gives echoes again, 1/s."""
+    """At which a silent object gives echoes again, 1/s."""
     loss_rate: Annotated[Positive, slider(1e-5, 0.1, log=True, unit="1/s")] = 1e-3
-    """Rate at which an object in view ceases to exist, 1/s."""
+    """At which an object in view ceases to exist, 1/s."""
 
 
 class LifeSettings(Settings, frozen=True):
-    """When an object's state changes [SSIE figure 5]."""
+    """Changes of an object's state [SSIE figure 5]."""
 
     confirm_echoes: Annotated[int, msgspec.Meta(ge=2), slider(2, 10)] = 3
-    """Number of echoes before a new object is reported."""
+    """Needed before a new object is reported."""
     confirm_existence: Annotated[Probability, slider(0.5, 0.99, step=0.01)] = 0.99
-    """Existence probability before a new object is reported. More: fewer false obstacles, later confirmation."""
+    """Needed before a new object is reported. More: fewer false obstacles, later confirmation."""
     drop_existence: Annotated[Probability, slider(0.05, 0.95, step=0.01)] = 0.4
-    """A reported object below this existence probability is dropped."""
+    """A reported object below this is dropped."""
     edge_sigmas: Annotated[NonNegative, slider(0.0, 5.0, step=0.1)] = 2.0
-    """A missed detection counts only if the prediction lies inside the sector by so many."""
+    """A missed detection counts only if the prediction lies this far inside the sector."""
     silent_s: Annotated[Positive, slider(0.5, 30.0, step=0.5, unit="s")] = 3.0
-    """Time without an echo after which an object in view goes to stand-by."""
+    """An object in view without an echo for this long goes to stand-by."""
     stand_by_s: Annotated[Positive, slider(1.0, 120.0, step=1.0, unit="s")] = 10.0
-    """Time without an echo after which an object out of view is hibernated (static) or terminated (moving)."""
+    """An object out of view without an echo for this long is hibernated (static) or terminated (moving)."""
     lost_sigma_m: Annotated[Positive, slider(0.5, 20.0, step=0.5, unit="m")] = 4.0
-    """Standard deviation of position beyond which an unobserved object goes to stand-by, and one on stand-by ends."""
+    """Position sigma beyond which an unobserved object goes to stand-by, and one on stand-by ends."""
 
 
 class PlannerSettings(Settings, frozen=True):
     """The obstacle list to the path planner."""
 
     period_s: Annotated[float, msgspec.Meta(gt=0.0, le=0.5), slider(0.05, 0.5, step=0.05, unit="s")] = 0.4
-    """Time between lists while no detections arrive."""
+    """Between lists while no detections arrive."""
     announce_ended: Annotated[PositiveInt, slider(1, 20, unit="lists")] = 5
-    """Number of consecutive lists that report an ended object as `terminated`."""
+    """Lists in a row that report an ended object as `terminated`."""
     most_listed: Annotated[PositiveInt, slider(10, 2000, step=10)] = 1000
-    """Most objects in a list: the nearest."""
+    """The nearest."""
     shape_sigma: Annotated[NonNegative, slider(0.0, 1.0, step=0.05)] = 0.2
-    """Standard deviation of horizontal position and radius that no number of echoes reduces, in radii: only the near
-    side is visible."""
+    """Of horizontal position and radius, in radii, whatever the number of echoes: only the near side is visible."""
     hibernated_within_m: Annotated[NonNegative, slider(0.0, 500.0, step=10.0, unit="m")] = 150.0
-    """Hibernated objects are listed up to this distance from the vehicle."""
+    """Hibernated objects this near the vehicle are listed."""
     lead_times_s: Annotated[
         tuple[Annotated[NonNegative, slider(0.0, 120.0, unit="s")], ...], msgspec.Meta(max_length=20)
     ] = (5.0, 10.0, 20.0)
-    """Times ahead for which each obstacle's position is predicted, s."""
+    """Times ahead for which positions are predicted."""
     approach_horizon_s: Annotated[Positive, slider(10.0, 600.0, step=10.0, unit="s")] = 300.0
-    """Longest time ahead of the closest point of approach."""
+    """For closest points of approach."""
 
 
 class BottomSettings(Settings, frozen=True):
-    """Which objects on the bottom are listed, if the vehicle's altitude is known."""
+    """Objects on the bottom, if the vehicle's altitude is known."""
 
     clearance_m: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m")] = 1.0
     """An object that rises higher above the bottom is an obstacle."""
     list: Literal["hittable", "all"] = "hittable"
-    """hittable: objects that rise no higher than `clearance_m` are left out, if that is certain enough (`risk`); all:
-    none is."""
+    """hittable: objects that rise no higher are left out, if that is certain enough (`risk`); all: none is."""
     risk: Annotated[Probability, slider(0.001, 0.1, log=True)] = 0.01
-    """Highest probability of rising higher of an object left out."""
+    """Highest probability that an object left out rises higher."""
     slope_deg: Annotated[float, msgspec.Meta(ge=0.0, le=45.0), slider(0.0, 45.0, step=0.5, unit="deg")] = 5.0
-    """Standard deviation of the bottom's mean slope from the vehicle to an object."""
+    """Sigma of the bottom's mean slope from vehicle to object."""
     roughness_m: Annotated[NonNegative, slider(0.0, 2.0, step=0.05, unit="m")] = 0.2
-    """Standard deviation of the bottom's height about that slope."""
+    """Sigma of the bottom's height about that slope."""
 
 
 class SurfaceSettings(Settings, frozen=True):
-    """Which waves of the water's surface are listed, where the fan meets it."""
+    """Waves, where the fan meets the surface."""
 
     down_m: float = 0.0
     """Down coordinate of the surface; 0: the site's heights count from the surface."""
@@ -146,16 +143,16 @@ class SurfaceSettings(Settings, frozen=True):
 
 
 class ClearanceSettings(Settings, frozen=True):
-    """The message `clearance`: which water around the vehicle is known to be empty."""
+    """The message `clearance`: water known to be empty."""
 
     sectors: Annotated[int, msgspec.Meta(ge=8, le=360), slider(8, 360)] = 72
-    """Number of sectors, clockwise from north."""
+    """Clockwise from north."""
     half_height_m: Annotated[NonNegative, slider(0.1, 5.0, log=True, unit="m")] = 0.3
-    """Height that the fan must cover above and below the vehicle's origin."""
+    """The fan must cover as much above and below the vehicle's origin."""
     fastest_m_s: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m/s")] = 2.0
-    """Assumed largest horizontal speed of unobserved objects."""
+    """Largest horizontal speed of unobserved objects."""
     fastest_vertical_m_s: Annotated[Positive, slider(0.05, 5.0, log=True, unit="m/s")] = 0.5
-    """Assumed largest vertical speed of such objects."""
+    """Largest vertical speed of unobserved objects."""
 
 
 class MapSettings(Settings, frozen=True):
@@ -164,22 +161,20 @@ class MapSettings(Settings, frozen=True):
     path: Path | None = None
     """SQLite file; none: the map is lost when the process ends."""
     position_sigma_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.1, unit="m")] = 0.5
-    """Added to the position's standard deviation of objects of an earlier mission, each of north and east: the pose
-    error between missions."""
+    """Added for objects of an earlier mission, north and east: the pose error between missions."""
     minimum_times_seen: Annotated[NonNegativeInt, slider(0, 50)] = 5
-    """Objects with fewer echoes are not stored for the next mission."""
+    """Objects with fewer echoes are not kept for the next mission."""
 
 
 class TrackerSettings(Settings, frozen=True):
-    """From detections and poses to obstacles."""
+    """Detections and poses to obstacles."""
 
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules, with observers and associations of your own."""
+    """Python files or modules."""
     observer: str = "manoeuvring"
-    """Name of the observer (the filters of an object's state)."""
+    """The filters of an object's state."""
     association: str = "probabilistic"
-    """How echoes are assigned: `nearest` (one each, largest sum of scores) or `probabilistic` (all possible ones,
-    weighted)."""
+    """Of echoes: `nearest` (one each, largest sum of scores) or `probabilistic` (all possible ones, weighted)."""
     motion: MotionSettings = MotionSettings()
     echo: EchoSettings = EchoSettings()
     life: LifeSettings = LifeSettings()
@@ -189,7 +184,7 @@ class TrackerSettings(Settings, frozen=True):
     clearance: ClearanceSettings = ClearanceSettings()
     map: MapSettings = MapSettings()
     resume_within_s: Annotated[NonNegativeSeconds, slider(0.0, 60.0, step=1.0, unit="s")] = 10.0
-    """A restarted tracker continues with its objects within this time; 0: never."""
+    """A tracker restarted within this time keeps its objects; 0: never."""
 
     def __post_init__(self) -> None:
         for key, name, known in (

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from ods.reference.markdown import row
 from ods.runtime.processes import PROCESSES
 
 PROJECT = Path(__file__).parents[2]
@@ -48,15 +49,17 @@ def test_layers_are_those_of_the_import_contract() -> None:
 
 
 def test_the_table_of_processes_is_the_process_table() -> None:
-    def reported(names: tuple[str, ...]) -> str:
-        return f" {', '.join(f'`{name}`' for name in names)} " if any(names) else " "
+    def listed(names: tuple[str, ...]) -> str:
+        return ", ".join(f"`{name}`" for name in names if name)
 
     rows = "".join(
-        f"| `{process.name}` |{reported(process.reads)}|{reported(process.publishes)}|{reported((process.answers,))}"
-        f"| `{process.worker.partition('.service:')[0].replace('.', '/')}/` |\n"
+        row(
+            f"`{process.name}`", listed(process.reads), listed(process.publishes), listed((process.answers,)),
+            f"`{process.worker.partition('.service:')[0].replace('.', '/')}/`",
+        )
         for process in PROCESSES.values()
-    )
-    assert f"|---|---|---|---|---|\n{rows}\n" in PAGE
+    )  # fmt: skip
+    assert f"---|---|---|---|---\n{rows}\n" in PAGE
 
 
 def test_readme_has_the_processes_and_their_folders() -> None:

@@ -28,16 +28,16 @@ QuarterTurn = Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
 
 
 class MountingSettings(Settings, frozen=True):
-    """Position and orientation of the sonar head on the vehicle (docs/hardware/mounting.md)."""
+    """The head on the vehicle (docs/hardware/mounting.md)."""
 
     position_m: Lever = (0.0, 0.0, 0.0)
-    """Forward, starboard and down of the body's origin."""
+    """Forward, starboard, down of the body's origin."""
     roll_deg: HalfTurn = 0.0
-    """Positive: starboard side down; 180: mounted upside down."""
+    """Positive: starboard side down; 180: upside down."""
     pitch_deg: QuarterTurn = 0.0
-    """Positive: the head points up, negative: down."""
+    """Positive: up."""
     yaw_deg: HalfTurn = 0.0
-    """Positive: the head points to starboard. Yaw, pitch and roll are applied in this order."""
+    """Positive: to starboard. Applied in the order yaw, pitch, roll."""
 
 
 class _SonarTable(Settings, frozen=True, forbid_unknown_fields=False):

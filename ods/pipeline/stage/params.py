@@ -27,30 +27,30 @@ class MeanRangeParams(Settings, frozen=True):
     window: Annotated[PositiveInt, slider(10, 400, step=2, unit="samples")] = 160
     """Surroundings, range samples; structures longer than half of it are levelled."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.25
-    """A range's level up to this multiple of its surroundings' is levelled in full."""
+    """A level up to this multiple of its surroundings' is levelled in full."""
     side_lobe_db: Annotated[Positive, slider(10.0, 60.0, step=1.0, unit="dB")] = 30.0
-    """The level of a range is at least this far below its strongest sample, which suppresses side lobes in other beams:
-    use 5 dB more than the beams' side-lobe suppression."""
+    """A range's level is at least this far below its strongest sample, against side lobes in other beams: use 5 dB
+    more than their suppression."""
 
 
 class MedianRangeParams(Settings, frozen=True):
     """equalize.median_range: bring the median at each range to that of speckle of mean 1."""
 
     window: Annotated[PositiveInt, slider(10, 400, step=2, unit="samples")] = 160
-    """Length of the surroundings, range samples."""
+    """Surroundings, range samples."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.25
-    """A range's level up to this multiple of its surroundings' is levelled in full."""
+    """As in equalize.mean_range."""
 
 
 class LocalParams(Settings, frozen=True):
     """equalize.local: bring the mean around each cell to 1."""
 
     beam_blocks: Annotated[PositiveInt, slider(1, 32)] = 8
-    """Number of blocks that the beams are divided into."""
+    """Blocks that the beams are divided into."""
     range_blocks: Annotated[PositiveInt, slider(1, 64)] = 16
-    """Number of blocks of range; structures longer than two are levelled."""
+    """Blocks of range; structures longer than two are levelled."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.2
-    """A block's level within this factor of its surroundings' is levelled in full."""
+    """A level within this factor of its surroundings' is levelled in full."""
 
 
 class BoxParams(Settings, frozen=True):
@@ -59,43 +59,42 @@ class BoxParams(Settings, frozen=True):
     window: Annotated[OddInt, slider(1, 41, unit="samples")] = 9
     """Range samples."""
     beams: Annotated[OddInt, slider(1, 15, unit="beams")] = 1
-    """Beams; 1: along the range only."""
+    """1: along the range only."""
 
 
 class FirParams(Settings, frozen=True):
-    """filter.fir: low-pass filter, Hamming-windowed sinc [SSIE, Image processing, stage 2]."""
+    """filter.fir: Hamming-windowed sinc [SSIE, Image processing, stage 2]."""
 
     taps: Annotated[OddInt, slider(1, 61, unit="samples")] = 9
     """Range samples."""
     cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.01, 0.5, step=0.01)] = 0.1
     """-6 dB point, as a fraction of the Nyquist frequency."""
     object_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.05, unit="m")] = 0.0
-    """Minimum object size: above 0 it decides taps and cutoff."""
+    """Smallest object: above 0 it decides taps and cutoff."""
     beams: Annotated[OddInt, slider(1, 15, unit="beams")] = 1
     """Taps across the beams; 1: along the range only."""
     round_beams: Annotated[float, msgspec.Meta(ge=0.0, le=3.0), slider(0.0, 3.0, step=0.05, unit="beams")] = 0.0
-    """With beams = 1: smooth across finely spaced beams as far as along them, at half range, with at most this standard
-    deviation."""
+    """With beams = 1: smooth finely spaced beams as far across as along, at half range, with at most this sigma."""
     beam_cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.05, 0.95, step=0.05)] = 0.4
     """-6 dB point across the beams, as a fraction of half a cycle a beam."""
 
 
 class GaussianParams(Settings, frozen=True):
-    """filter.gaussian: Gaussian weights, cut at three standard deviations."""
+    """filter.gaussian: Gaussian weights, cut at three sigmas."""
 
     sigma: Annotated[float, msgspec.Meta(gt=0.0, le=100.0), slider(0.5, 20.0, log=True, unit="samples")] = 2.5
-    """Standard deviation, range samples."""
+    """Range samples."""
     beam_sigma: Annotated[float, msgspec.Meta(ge=0.0, le=10.0), slider(0.0, 5.0, step=0.1, unit="beams")] = 0.0
-    """Standard deviation, beams; 0: along the range only."""
+    """Beams; 0: along the range only."""
 
 
 class WienerParams(Settings, frozen=True):
-    """filter.wiener: adaptive smoothing over range samples, strong where there is only noise."""
+    """filter.wiener: adaptive smoothing along the range, strong where there is only noise."""
 
     window: Annotated[OddInt, slider(1, 41, unit="samples")] = 9
     """Range samples."""
     beams: Annotated[OddInt, slider(1, 15, unit="beams")] = 1
-    """Beams; 1: along the range only."""
+    """1: along the range only."""
 
 
 class MedianParams(Settings, frozen=True):
@@ -104,11 +103,11 @@ class MedianParams(Settings, frozen=True):
     window: Literal[3, 5, 7, 9] = 9
     """Range samples."""
     beams: Literal[1, 3, 5] = 1
-    """Beams; the median of their medians is taken. 1: along the range only."""
+    """Beams, by the median of their medians; 1: along the range only."""
 
 
 class IirParams(Settings, frozen=True):
-    """filter.iir: recursive low-pass over range samples, forwards and backwards."""
+    """filter.iir: recursive low-pass along the range, forwards and backwards."""
 
     length: Annotated[float, msgspec.Meta(ge=0.5, le=1000.0), slider(0.5, 50.0, log=True, unit="samples")] = 3.0
     """Range samples over which the weights fall to 1/e."""
@@ -118,14 +117,14 @@ class MinObjectParams(Settings, frozen=True):
     """filter.min_object: suppress structures smaller than an object, by grey opening."""
 
     size_m: Annotated[float, msgspec.Meta(gt=0.0, le=50.0), slider(0.05, 10.0, log=True, unit="m")] = 0.5
-    """Smallest object that is kept, in range and across."""
+    """Smallest object kept, in range and across."""
 
 
 class BeamGainParams(Settings, frozen=True):
     """equalize.beam_gain: equalize beams of different gain."""
 
     limit: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 100.0, log=True)] = 30.0
-    """Largest factor by which a beam is raised or lowered."""
+    """Largest factor applied to a beam, up or down."""
 
 
 class PingIirParams(Settings, frozen=True):
@@ -134,73 +133,69 @@ class PingIirParams(Settings, frozen=True):
     weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0), slider(0.02, 1.0, step=0.02)] = 0.4
     """Weight of the newest ping."""
     longest_gap_s: Annotated[Positive, slider(0.2, 20.0, log=True, unit="s")] = 2.0
-    """After a longer pause earlier pings are discarded."""
+    """A longer pause discards earlier pings."""
 
 
 class PingMedianParams(Settings, frozen=True):
     """filter.ping_median: median over pings, motion-compensated."""
 
     pings: Literal[3, 5, 7] = 3
-    """Pings, the newest one included."""
+    """Pings, the newest included."""
     longest_gap_s: Annotated[Positive, slider(0.2, 20.0, log=True, unit="s")] = 2.0
-    """After a longer pause earlier pings are discarded."""
+    """A longer pause discards earlier pings."""
 
 
 class BackgroundParams(Settings, frozen=True):
     """equalize.background: bring the mean over pings of each cell to 1."""
 
     weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0), slider(0.002, 1.0, log=True)] = 0.02
-    """Weight of the newest ping in the mean."""
+    """Weight of the newest ping."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 5.0, step=0.1)] = 1.5
-    """A cell's mean within this factor of its range's is levelled in full."""
+    """A mean within this factor of its range's is levelled in full."""
     longest_gap_s: Annotated[Positive, slider(0.5, 60.0, log=True, unit="s")] = 10.0
-    """After a longer pause earlier pings are discarded."""
+    """A longer pause discards earlier pings."""
 
 
 class GroupParams(Settings, frozen=True):
-    """How cells are connected to regions, and which regions count."""
+    """How cells become regions, and which regions count."""
 
     connectivity: Literal[4, 8] = 8
     """8: cells at a corner are connected; 4: only at a side."""
     min_cells: Annotated[PositiveInt, slider(1, 60, unit="cells")] = 4
-    """Regions of fewer cells (beams x range samples) are dropped."""
+    """Smaller regions, in cells (beams x range samples), are dropped."""
     max_cells: Annotated[NonNegativeInt, slider(0, 20_000, step=10, log=True, unit="cells")] = 0
-    """Regions of more cells are dropped; 0: no limit."""
+    """Larger ones are dropped; 0: none."""
     min_extent_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.05, unit="m")] = 0.0
-    """Regions smaller than this, in range and across, m, are dropped."""
+    """Smaller regions, in range and across, are dropped."""
     max_extent_m: Annotated[NonNegative, slider(0.0, 50.0, step=0.5, unit="m")] = 0.0
-    """Regions larger than this, in range or across, m, are dropped; 0: no limit."""
+    """Larger regions, in range or across, are dropped; 0: none."""
     strongest: Annotated[Fraction, slider(0.01, 1.0, step=0.01)] = 1.0
-    """A region must contain one of this share of the ping's samples, the strongest: equalization raises silent parts.
-    1: off."""
+    """A region must contain one of the ping's strongest samples, this share: equalization raises silent parts."""
     border: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 4.0, step=0.05)] = 1.0
-    """Factor on the threshold within 2 beams or 4 range samples of the image's border, where filters double the noise.
-    1: off."""
+    """Factor on the threshold within 2 beams or 4 range samples of the border, where filters double the noise."""
     split_db: Annotated[NonNegative, slider(0.0, 12.0, step=0.25, unit="dB")] = 0.0
-    """A region is split where a valley this deep below its crest, dB, divides it; 0: never."""
+    """Depth of a valley that splits a region; 0: never."""
 
 
 class TwoLevelParams(GroupParams, frozen=True):
     """detect.two_level: the high level decides that an object exists, the low level how far it extends."""
 
     levels: Literal["noise", "background", "absolute", "false_alarm"] = "noise"
-    """noise: levels are background + value * noise (the image's median, and the distance to its 84 % quantile);
-    background: value * background; absolute: levels of the filtered image; false_alarm: the high level follows from
-    `rate`, the low one as with noise."""
+    """noise: background + value * noise; background: value * background; absolute: value; false_alarm: the high level
+    follows from `rate`, the low one as with noise."""
     high: Annotated[Positive, slider(2.0, 20.0, step=0.1)] = 6.0
-    """A region must contain a cell above this level. By default one in fifty images of filtered speckle has one."""
+    """A region must contain a cell above this level."""
     low: Annotated[Positive, slider(0.5, 10.0, step=0.1)] = 2.5
     """Connected cells above this level belong to the region."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
-    """For levels = "false_alarm": share of the cells without echoes above the high level."""
+    """With "false_alarm": share of the cells without echoes above the high level."""
     follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.6
-    """With levels = "noise": share of the threshold rise over a rough sea-bed, in dB, that is applied. 1: false echoes
-    are as rare there as in speckle; 0: one level for the whole image."""
+    """With "noise": share of the threshold rise over a rough sea-bed, in dB, that is applied. 0: one level for the
+    whole image."""
     faint: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.3
-    """The same for weak detections, which only the tracker uses. With `follow` or more there are none."""
+    """The same for weak detections, which only the tracker uses; none with `follow` or more."""
     fronts: bool = True
-    """Over a rough sea-bed a network judges leading edges: weak detections are then all echoes above the levels of
-    speckle that may be an object's. For beams 0.67 to 2 degrees wide."""
+    """Over a rough sea-bed a network judges leading edges, of beams 0.67 to 2 degrees wide."""
 
     def __post_init__(self) -> None:
         if self.low > self.high:
@@ -208,29 +203,29 @@ class TwoLevelParams(GroupParams, frozen=True):
 
 
 class OneLevelParams(GroupParams, frozen=True):
-    """detect.one_level: cells above one level; for comparison with detect.two_level."""
+    """detect.one_level: cells above one level, for comparison."""
 
     levels: Literal["noise", "background", "absolute", "false_alarm"] = "noise"
     """Unit of `level`, as in detect.two_level."""
     level: Annotated[Positive, slider(1.0, 20.0, step=0.1)] = 5.0
     """Cells above this level are echoes."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
-    """For levels = "false_alarm": share of the cells without echoes above the level."""
+    """As in detect.two_level."""
     follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.6
     """As in detect.two_level."""
 
 
 class CfarParams(GroupParams, frozen=True):
-    """detect.cfar: cells above the level of their own surroundings in range (H. Rohling, IEEE Trans. AES 19, 1983)."""
+    """detect.cfar: cells above their surroundings in range (H. Rohling, IEEE Trans. AES 19, 1983)."""
 
     method: Literal["ca", "goca", "soca", "os"] = "ca"
     """Level of the surroundings: mean, the greater or the smaller side's mean, or an order statistic."""
     guard: Annotated[PositiveInt, slider(1, 120, unit="samples")] = 24
-    """Range samples on each side of a cell that are ignored."""
+    """Range samples ignored on each side of a cell."""
     train: Annotated[PositiveInt, slider(1, 200, unit="samples")] = 48
-    """Range samples beyond these, on each side, that are the surroundings."""
+    """Range samples beyond these, on each side."""
     rank: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.05, 0.95, step=0.05)] = 0.75
-    """os: quantile of the surroundings that is used."""
+    """os: quantile of the surroundings."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
     """False-alarm rate: share of the cells without echoes above the high level, measured on each image."""
     low: Annotated[Positive, slider(0.5, 10.0, step=0.1)] = 2.5

@@ -12,27 +12,25 @@ FOREVER_S = 1e9
 
 
 class Tvg(Settings, frozen=True, kw_only=True):
-    """What the water takes, and the time-varying gain that should give it back."""
+    """Losses in the water, and the gain against them."""
 
     spreading_db: NonNegative = 40.0
-    """Spreading loss, dB a decade of range, there and back."""
+    """dB a decade of range, two-way."""
     absorption_db_per_m: NonNegative = 0.12
-    """Absorption, one way (0.12: sea water, 455 kHz)."""
+    """One way (0.12: sea water, 455 kHz)."""
     set_spreading_db: NonNegative | None = None
-    """Spreading loss that the sonar compensates; left out: all."""
+    """Compensated by the sonar; left out: all."""
     set_absorption_db_per_m: NonNegative | None = None
-    """Absorption that the sonar compensates; left out: all."""
+    """Likewise."""
     noise_range_m: NonNegative = 0.0
     """Range at which the gain lifts the noise to `noise_counts`; 0: all."""
 
 
 class Belt(Settings, frozen=True, kw_only=True):
-    """A belt of ranges where the gain is wrong."""
+    """Ranges where the gain is wrong."""
 
     from_m: NonNegative
-    """Near edge."""
     to_m: Positive
-    """Far edge."""
     gain_db: float
     """Below 0: a dark belt."""
     edge_m: NonNegative = 1.0
@@ -49,118 +47,107 @@ class _Arc(Settings, frozen=True, kw_only=True):
     range_m: Positive | None = None
     """Middle of the arc; none: anywhere, drawn again for each ping."""
     width_m: Positive = 0.5
-    """Extent in range."""
+    """In range."""
     chance: Fraction = 1.0
-    """Share of the pings that have it."""
+    """Share of pings that have it."""
     pings: list[NonNegativeInt] = msgspec.field(default_factory=list)
-    """Numbers of the pings that have it; empty: by chance."""
+    """Numbers of pings that have it; empty: by chance."""
 
 
 class Dropout(_Arc, frozen=True, kw_only=True):
-    """A dark arc over all beams; with a width beyond the range, a lost image."""
+    """A dark arc over all beams; wider than the range, a lost image."""
 
     gain_db: Annotated[float, msgspec.Meta(le=0.0)] = -20.0
-    """Level inside."""
 
 
 class DropIn(_Arc, frozen=True, kw_only=True):
-    """A bright arc over all beams: the gain jumps."""
+    """A bright arc over all beams."""
 
     gain_db: NonNegative = 10.0
-    """Level inside."""
 
 
 class Interference(Settings, frozen=True, kw_only=True):
-    """Another sonar: each of its pulses leaves an arc, one without end a spoke."""
+    """Another sonar: each pulse leaves an arc, an endless one a spoke."""
 
     position_ned: tuple[float, float, float]
-    """Where it is: north, east, down, m."""
+    """m."""
     level_counts: Positive
     """Root mean square amplitude in a beam that looks at it."""
     period_s: NonNegative = 0.0
-    """From pulse to pulse; 0: it sounds without end."""
+    """From pulse to pulse; 0: endless."""
     pulse_s: Positive = 0.0005
-    """Length of its pulse."""
     start_s: float = 0.0
-    """Scene time of one of its pulses' arrivals."""
+    """Scene time of one pulse's arrival."""
     from_s: NonNegative = 0.0
-    """Scene time from which on it sounds, s,"""
+    """Scene time of its start."""
     to_s: Positive = FOREVER_S
-    """and until which."""
+    """Scene time of its end."""
 
 
 class LoudSpell(Settings, frozen=True, kw_only=True):
-    """More noise in some beams for a time; beyond full scale, saturated beams."""
+    """More noise in some beams; beyond full scale, saturated beams."""
 
     level_counts: Positive
     """Root mean square amplitude."""
     first_beam: NonNegativeInt = 0
-    """The first of the beams that have it."""
     beams: NonNegativeInt = 0
-    """How many have it; 0: all from the first one on."""
+    """0: all from the first one on."""
     from_s: NonNegative = 0.0
-    """Scene time from which on it is received, s,"""
+    """Scene time of its start."""
     to_s: Positive = FOREVER_S
-    """and until which."""
+    """Scene time of its end."""
 
 
 class SecondWay(Settings, frozen=True, kw_only=True):
-    """A longer way, over the surface say, by which each echo arrives a second time."""
+    """A longer path by which each echo arrives a second time."""
 
     longer_m: Positive
-    """What it adds to the slant range."""
+    """Added slant range."""
     gain_db: Annotated[float, msgspec.Meta(le=0.0)]
-    """Level beside that of the direct way."""
+    """Level relative to the direct path."""
 
 
 class ImageLevels(Settings, frozen=True, kw_only=True):
-    """From reflected intensity to the samples that are sent."""
+    """From reflected intensity to samples."""
 
     gain: Positive = 20000.0
-    """Counts of amplitude for 1 m2 of fully reflecting, fully lit area in one sample."""
+    """Amplitude, counts, of 1 m2 of fully reflecting, fully lit area in one sample."""
     noise_counts: NonNegative = 30.0
     """Root mean square amplitude of the receiver's noise."""
     looks: Annotated[float, msgspec.Meta(ge=0.5, le=1000.0)] = 1.0
-    """Looks of the speckle: intensity is Gamma distributed with this shape."""
+    """Shape of the speckle's Gamma distributed intensity."""
     texture: Annotated[float, msgspec.Meta(ge=0.1, le=1000.0)] | None = None
-    """Shape of a Gamma distributed texture beneath the speckle (K distribution): the smaller, the more spiky; left out:
-    none."""
+    """Shape of a Gamma distributed texture beneath the speckle (K distribution); left out: none."""
     speckle: bool = True
-    """False: the mean image, neither speckle nor noise drawn."""
+    """False: the mean image, without speckle and noise."""
     range_correlation: Correlation = 0.0
-    """Correlation of the speckle's amplitude from one range sample to the next."""
+    """Of the speckle's amplitude in neighbouring range samples."""
     beam_correlation: Correlation | None = None
-    """The same from beam to beam; none: what the overlap of the sonar's beams makes it."""
+    """The same of beams; none: by their overlap."""
     coherence_s: NonNegative = 0.0
     """Time after which speckle is new; 0: never."""
     max_error: Annotated[float, msgspec.Meta(gt=0.0, le=0.5)] = 0.03
-    """Relative error that the mean image may have."""
+    """Relative, of the mean image."""
     tvg: Tvg = Tvg()
     """Spreading, absorption and the gain against them."""
     belts: list[Belt] = msgspec.field(default_factory=list)
-    """Errors of the gain over range."""
     beam_gain_db: list[float] = msgspec.field(default_factory=list)
-    """Error of each beam's gain, one value a beam; empty: none, or random ones."""
+    """Error of each beam; empty: none, or random."""
     beam_gain_rms_db: NonNegative = 0.0
-    """Standard deviation of random errors of the beams' gains."""
+    """Sigma of random errors."""
     dropouts: list[Dropout] = msgspec.field(default_factory=list)
-    """Dark arcs."""
     drop_ins: list[DropIn] = msgspec.field(default_factory=list)
-    """Bright arcs."""
     interference: list[Interference] = msgspec.field(default_factory=list)
-    """Other sonars."""
     loud_spells: list[LoudSpell] = msgspec.field(default_factory=list)
-    """Noise that comes and goes."""
     second_ways: list[SecondWay] = msgspec.field(default_factory=list)
-    """Multipath."""
     saturation_counts: Positive = 1e9
-    """Highest amplitude that the receiver passes on."""
+    """Highest amplitude received."""
     samples: SampleKind = "log8"
     """log8: record 7042's 8-bit logarithm; linear8, linear16: proportional to amplitude."""
     log_factor: Positive = 40.0
-    """log8: counts a decade of amplitude."""
+    """log8: counts a decade."""
     full_scale_counts: Positive = 65535.0
-    """linear8, linear16: amplitude of the highest sample value."""
+    """linear8, linear16: amplitude of the highest value."""
 
     def __post_init__(self) -> None:
         if self.beam_gain_db and self.beam_gain_rms_db:

@@ -21,14 +21,14 @@ class Waypoint(Settings, frozen=True, kw_only=True):
     t_s: float
     """Scene time."""
     position_ned: Triple
-    """North, east, down, m."""
+    """m."""
 
 
 class Path(Settings, frozen=True, kw_only=True):
     """A path in time: constant velocity from `position_ned`, or a smooth curve through `waypoints`."""
 
     position_ned: Triple | None = None
-    """Place at scene time 0: north, east, down, m."""
+    """Place at scene time 0, m."""
     velocity_ned: Triple = (0.0, 0.0, 0.0)
     """Constant velocity from there, m/s."""
     waypoints: list[Waypoint] = msgspec.field(default_factory=list)
@@ -46,23 +46,20 @@ class Path(Settings, frozen=True, kw_only=True):
 
 
 class Oscillation(Settings, frozen=True, kw_only=True):
-    """A sine about the mean: amplitude_deg * sin(2 pi t / period_s + phase_deg)."""
+    """amplitude_deg * sin(2 pi t / period_s + phase_deg)."""
 
     amplitude_deg: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.0
-    """Degrees."""
     period_s: Positive = 10.0
-    """Seconds."""
     phase_deg: float = 0.0
-    """Degrees."""
 
 
 class VehiclePath(Path, frozen=True, kw_only=True):
-    """The vehicle's path and attitude, and where its sonar is."""
+    """The vehicle and its sonar."""
 
     heading_deg: float = 0.0
-    """Mean heading, degrees from north to east."""
+    """Mean, from north to east."""
     follow_path: bool = False
-    """Head along the horizontal velocity instead, wherever there is one."""
+    """Head along the horizontal velocity instead."""
     roll: Oscillation = Oscillation()
     """Roll about 0."""
     pitch: Oscillation = Oscillation()
@@ -70,8 +67,7 @@ class VehiclePath(Path, frozen=True, kw_only=True):
     yaw: Oscillation = Oscillation()
     """Yaw about the heading."""
     mounting: MountingSettings | None = None
-    """Where the head really is; left out: as `[sonar.mounting]` on the bench, else at the vehicle's origin, looking
-    ahead."""
+    """Left out: as `[sonar.mounting]` on the bench, else at the vehicle's origin, looking ahead."""
 
 
 class _Object(Path, frozen=True, kw_only=True, tag_field="shape"):
@@ -87,18 +83,16 @@ class Sphere(_Object, frozen=True, kw_only=True, tag="sphere"):
     """A sphere."""
 
     radius_m: Positive
-    """m."""
 
 
 class Cylinder(_Object, frozen=True, kw_only=True, tag="cylinder"):
     """A cylinder with flat end caps."""
 
     radius_m: Positive
-    """m."""
     length_m: Positive
     """Along the axis."""
     axis_ned: Triple = (0.0, 0.0, 1.0)
-    """Direction of the axis, any length but zero."""
+    """Any length but zero."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -106,10 +100,10 @@ class Cylinder(_Object, frozen=True, kw_only=True, tag="cylinder"):
 
 
 class Plane(_Object, frozen=True, kw_only=True, tag="plane"):
-    """A flat rectangle, seen from both sides; without width_m and height_m it has no bounds (a wall)."""
+    """A flat rectangle, seen from both sides; without width_m and height_m unbounded (a wall)."""
 
     normal_ned: Triple
-    """Direction of the normal, any length but zero."""
+    """Any length but zero."""
     width_m: Positive | None = None
     """Horizontal side (the northern one where the normal is vertical)."""
     height_m: Positive | None = None
@@ -131,15 +125,13 @@ class SceneFile(Settings, frozen=True, kw_only=True):
     """A scene: config/scenes/NAME.toml."""
 
     seed: NonNegativeInt
-    """Seed of everything random; the same seed gives the same bytes."""
+    """The same seed gives the same bytes."""
     duration_s: Positive = 60.0
-    """Length of the mission; the scene is checked over it."""
     shadows: bool = True
     """Nearer objects hide what lies behind them."""
     vehicle: VehiclePath
     """The vehicle."""
     objects: list[Sphere | Cylinder | Plane] = msgspec.field(default_factory=list)
-    """Any number."""
     sea_bed: SeaBed | None = None
     """None: open water."""
     image: ImageLevels = ImageLevels()

@@ -10,33 +10,31 @@ from ods.sim_sonar.echo.surface.settings import Surface
 
 
 class Roughness(Settings, frozen=True, kw_only=True):
-    """Gaussian heights above the sea-bed's plane, with the correlation exp(-r^2 / correlation_m^2)."""
+    """Gaussian heights with the correlation exp(-r^2 / correlation_m^2)."""
 
     rms_height_m: NonNegative
-    """Root mean square height."""
     correlation_m: Positive
-    """Correlation length; the rms slope is 1.41 rms_height_m / correlation_m in each direction."""
+    """The rms slope is 1.41 rms_height_m / correlation_m in each direction."""
     seed: NonNegativeInt | None = None
-    """Seed of the heights; the scene's own by default."""
+    """The scene's own by default."""
     facets: Annotated[int, msgspec.Meta(ge=8, le=2000)] = 512
-    """Facets along each side of the square after which the heights repeat."""
+    """Along each side of the square that repeats."""
     facet_m: Positive | None = None
-    """Side of a facet; a quarter of the correlation length by default."""
+    """A quarter of the correlation length by default."""
 
 
 class SeaBed(Settings, frozen=True, kw_only=True):
-    """A sea-bed: a plane, level or not, with or without heights above it."""
+    """A plane, with or without heights above it."""
 
     depth_m: float
-    """Down coordinate of the plane at north 0, east 0."""
+    """Down coordinate at north 0, east 0."""
     slope_deg: Annotated[float, msgspec.Meta(ge=0.0, le=30.0)] = 0.0
-    """Mean slope."""
+    """Mean."""
     slope_heading_deg: float = 0.0
     """Heading towards which the plane falls."""
     rough: Roughness | None = None
-    """Random heights."""
     file: Path | None = None
-    """Heights from an .npz file instead, relative to the scene file."""
+    """.npz file of heights instead."""
     surface: Surface = Surface()
     """How it reflects."""
 

@@ -13,18 +13,18 @@ Level = Annotated[float, msgspec.Meta(le=0.0)]
 
 
 class VerticalPattern(Settings, frozen=True, kw_only=True):
-    """S^2 of eq. 5 in dB, emission and reception together, symmetric about the axis; figure 8's shape by default."""
+    """S^2 of eq. 5, two-way, symmetric about the axis; figure 8's shape by default."""
 
     angle_deg: list[float] = msgspec.field(
         default_factory=lambda: [0, 3, 6, 8, 10, 11, 12, 13, 14, 15.5, 17, 20, 24, 34, 42, 52, 65, 90]
     )
-    """Angles off the axis, degrees, strictly increasing from 0."""
+    """Off the axis, strictly increasing from 0."""
     level_db: list[Level] = msgspec.field(
         default_factory=lambda: [0, -0.5, -2, -3.7, -6, -10, -16, -24, -33, -35, -29, -26, -25, -26, -29, -33, -40, -55]
     )
-    """Two-way level at those angles, dB, 0 at the first; held beyond the last."""
+    """At those angles, 0 at the first; held beyond the last."""
     aperture_wavelengths: Annotated[float, msgspec.Meta(gt=0.0, le=200.0)] | None = None
-    """Instead of the table: height, in wavelengths, of an evenly lit aperture that both sends and receives."""
+    """Instead: height of an evenly lit aperture that both sends and receives."""
 
     def __post_init__(self) -> None:
         if len(self.angle_deg) != len(self.level_db) or len(self.angle_deg) < 2:
@@ -39,9 +39,8 @@ class SonarFile(Settings, frozen=True, kw_only=True):
     """A forward-looking sonar: config/sonars/NAME.toml."""
 
     name: str
-    """Maker and model."""
     frequency_hz: Positive
-    """Carrier frequency."""
+    """Carrier."""
     sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0), unit("m/s")] = 1500.0
     """m/s."""
     beams_per_plane: Annotated[int, msgspec.Meta(ge=1, le=4096)] = 1
@@ -49,15 +48,15 @@ class SonarFile(Settings, frozen=True, kw_only=True):
     beam_spacing_deg: Positive = 1.0
     """Not read with bearing_deg."""
     bearing_deg: list[Annotated[float, msgspec.Meta(gt=-180.0, lt=180.0)]] = msgspec.field(default_factory=list)
-    """Bearings of one plane's beams, strictly increasing."""
+    """Of one plane's beams, strictly increasing."""
     plane_elevation_deg: Annotated[list[Degrees90], msgspec.Meta(min_length=1, max_length=64)] = msgspec.field(
         default_factory=lambda: [0.0]
     )
-    """Elevation of each plane's axis, degrees, up positive."""
+    """Of each plane's axis, up positive."""
     beam_width_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0)]
-    """Horizontal -3 dB width of a beam."""
+    """Horizontal, -3 dB."""
     side_lobe_db: Annotated[float, msgspec.Meta(ge=-60.0, le=-13.3)] = -25.0
-    """Highest horizontal side lobe, dB below the main lobe."""
+    """Highest horizontal side lobe, below the main lobe."""
     half_vertical_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0)] = 10.0
     """Half the vertical opening of one plane's main lobe."""
     vertical: VerticalPattern = VerticalPattern()
@@ -65,9 +64,9 @@ class SonarFile(Settings, frozen=True, kw_only=True):
     range0_m: Positive
     """Slant range of the first sample's centre."""
     dr_m: Positive
-    """Sample spacing in slant range."""
+    """Sample spacing, slant range."""
     samples: Annotated[int, msgspec.Meta(ge=1, le=65536)]
-    """Range samples of each beam."""
+    """Of each beam."""
     pixels: tuple[Pixels, Pixels] | None = None
     """Bearings and elevations of a 3-D sonar."""
     overhead_s: NonNegative = 0.0

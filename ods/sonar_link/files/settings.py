@@ -6,7 +6,7 @@ from ods.base.settings import Settings
 
 
 class RecordingsSettings(Settings, frozen=True):
-    """Files of recorded sonar images."""
+    """Decoders of recorded sonar images."""
 
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules, with decoders of your own."""
+    """Python files or modules."""

@@ -14,34 +14,32 @@ PROBE = -1.0
 
 
 class NorbitSettings(Settings, frozen=True):
-    """The commands sent after each connection."""
+    """Commands sent after each connection."""
 
     command_port: Annotated[int, msgspec.Meta(ge=0, le=65535)] = COMMAND_PORT
-    """TCP port of the commands; 0: none is sent, another program sets the sonar."""
+    """TCP; 0: no commands, another program sets the sonar."""
     range_m: Annotated[float, msgspec.Meta(ge=1.0, le=LONGEST_RANGE_M)] = 40.0
-    """Range."""
     opening_deg: Annotated[float, msgspec.Meta(ge=1.0, le=360.0)] = 140.0
-    """Opening of the fan."""
+    """Of the fan."""
     beams: Literal[64, 128, 256, 512] = 512
-    """Number of beams in an image."""
     samples: Annotated[int, msgspec.Meta(ge=64, le=2048)] = 1000
-    """Samples in a beam, about: the sonar sends every n-th of its own, 1 cm apart."""
+    """Per beam, about: the sonar sends every n-th of its own, 1 cm apart."""
     frequency_khz: Annotated[float, msgspec.Meta(ge=80.0, le=1000.0), unit("kHz")] = 400.0
-    """Carrier frequency."""
+    """Carrier."""
     bandwidth_khz: Annotated[float, msgspec.Meta(ge=0.0, le=80.0), unit("kHz")] = 80.0
-    """Bandwidth of the chirp."""
+    """Of the chirp."""
     amplitude: Annotated[int, msgspec.Meta(ge=0, le=15)] = 15
-    """Amplitude of the transmission, in the sonar's own steps; 0: none."""
+    """Transmitted, in the sonar's own steps; 0: none."""
     pulse_us: Annotated[float, msgspec.Meta(ge=10.0, le=819.0), unit("us")] = 500.0
-    """Length of the chirp."""
+    """Of the chirp."""
     gain_ramp_db: Annotated[float, msgspec.Meta(ge=0.0, le=100.0), unit("dB")] = 50.0
-    """Rise of the gain, dB per 100 m; 0: `gain_db` at all ranges."""
+    """dB per 100 m; 0: `gain_db` at all ranges."""
     gain_db: Annotated[float, msgspec.Meta(ge=0.0, le=100.0), unit("dB")] = 0.0
-    """Receiver gain, dB, if `gain_ramp_db` is 0."""
+    """If `gain_ramp_db` is 0."""
     ping_rate_hz: Annotated[float, msgspec.Meta(ge=0.1, le=60.0)] = 10.0
-    """Highest rate of pings and images; a long range reduces it."""
+    """At most; a long range reduces it."""
     sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0), unit("m/s")] | Literal["probe"] | None = None
-    """m/s; "probe": of the sonar's probe; left out: unchanged."""
+    """m/s; "probe": the sonar's probe; left out: unchanged."""
 
     def commands(self) -> list[Command]:
         """Return the commands in the order of sending; pinging last."""

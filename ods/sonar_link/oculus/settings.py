@@ -11,37 +11,33 @@ MODES = {"low": 1, "high": 2}
 
 
 class OculusSettings(Settings, frozen=True):
-    """The fire message, and the port of the status."""
+    """The fire message, and the status port."""
 
     mode: Literal["low", "high"] = "low"
     """Low frequency: wide and far."""
     range_m: Annotated[float, msgspec.Meta(ge=0.1, le=500.0)] = 40.0
-    """Range; a model may limit it."""
+    """The model may limit it."""
     gain_percent: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 50.0
-    """Receiver gain."""
     gain_assist: bool = False
     """The sonar adapts its gain; levels then change from ping to ping."""
     gamma: Annotated[int, msgspec.Meta(ge=1, le=255)] = 127
-    """Samples are sent as amplitudes to the power gamma / 255: 127 gives weak echoes finer steps, 255 linear
-    samples."""
+    """Samples are amplitudes to the power gamma / 255: 127 gives weak echoes finer steps, 255 is linear."""
     sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0), unit("m/s")] | None = None
-    """m/s; left out: computed by the sonar from temperature and `salinity_ppt`."""
+    """m/s; left out: by temperature and salinity."""
     salinity_ppt: Annotated[float, msgspec.Meta(ge=0.0, le=50.0)] = 35.0
-    """Salinity: 35 in the open sea, 0 in fresh water."""
+    """35: open sea; 0: fresh water."""
     ping_rate_hz: Literal[2, 5, 10, 15, 40] = 10
-    """Highest ping rate; a long range reduces it."""
+    """At most; a long range reduces it."""
     beams: Literal[256, 512] = 512
-    """Number of beams in an image."""
     sample_bits: Literal[8, 16, 32] = 8
-    """Number of bits in a sample."""
     network_mbps: Annotated[int, msgspec.Meta(ge=1, le=255)] = 255
-    """Highest network rate; 255: the link's."""
+    """At most; 255: the link's."""
     message_version: Literal[1, 2] = 2
-    """Version of the fire message; 32 bits need 2, old firmware may know 1 only."""
+    """32 bits need 2, old firmware may know 1 only."""
     status_port: Annotated[int, msgspec.Meta(ge=0, le=65535)] = STATUS_PORT
-    """UDP port of the sonar's status; 0: not received."""
+    """UDP; 0: not received."""
     settle_s: Seconds = 10.0
-    """Time for settings to appear in the pings."""
+    """Until settings appear in the pings."""
 
     def __post_init__(self) -> None:
         if self.sample_bits == 32 and self.message_version != SECOND_VERSION:

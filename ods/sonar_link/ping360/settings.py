@@ -16,28 +16,27 @@ PULSE_SAMPLES = 64
 
 
 class Ping360Settings(Settings, frozen=True):
-    """What is asked for after each connection. Bearings are from the sonar's mark."""
+    """Set after each connection. Bearings are from the sonar's mark."""
 
     range_m: Annotated[float, msgspec.Meta(ge=1.0, le=60.0)] = 50.0
-    """Range: the shorter, the faster the head turns."""
+    """The shorter, the faster the head turns."""
     sector_deg: Annotated[float, msgspec.Meta(ge=20.0, le=360.0)] = 120.0
-    """Sector about the head's mark; 90 degrees take 1.5 to 9 s, by the range."""
+    """About the mark; 90 degrees take 1.5 to 9 s, by the range."""
     steps: Annotated[int, msgspec.Meta(ge=1, le=10)] = 1
-    """Motor steps of 0.9 degrees from beam to beam; beams are 2 degrees wide."""
+    """Motor steps of 0.9 degrees between beams 2 degrees wide."""
     samples: Annotated[int, msgspec.Meta(ge=200, le=1200)] = 1200
-    """Samples a beam, at most."""
+    """Most per beam."""
     gain: Literal["low", "normal", "high"] = "normal"
-    """Of the receiver."""
     frequency_khz: Annotated[int, msgspec.Meta(ge=650, le=850), unit("kHz")] = 750
     """Carrier."""
     pulse_us: Annotated[int, msgspec.Meta(ge=0, le=1000), unit("us")] = 0
     """0: by the range, as the maker's viewer."""
     delay_ms: Annotated[int, msgspec.Meta(ge=0, le=100), unit("ms")] = 0
-    """Pause between beams, ms, for a slow line."""
+    """Between beams, for a slow line."""
     sound_speed: Annotated[float, msgspec.Meta(ge=1400.0, le=1600.0), unit("m/s")] = 1500.0
-    """Sound speed, m/s: the sonar measures none."""
+    """m/s; the sonar measures none."""
     ping_s: Annotated[float, msgspec.Meta(ge=0.2, le=2.0), unit("s")] = 0.8
-    """Time whose beams are one ping."""
+    """Beams of this time make one ping."""
 
     @property
     def sweep(self) -> Sweep:

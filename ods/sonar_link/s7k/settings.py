@@ -6,7 +6,7 @@ from ods.base.settings import Settings
 
 
 class S7kSettings(Settings, frozen=True):
-    """Settings of sonars with the RESON 7k Data Format only."""
+    """RESON 7k Data Format."""
 
     samples_record: Literal[7042, 7018] = 7042
-    """Record of the samples subscribed to over tcp://; on a serial line both are read."""
+    """Samples subscribed to over tcp://; on a serial line both are read."""

@@ -6,11 +6,11 @@ from ods.base.settings import Settings
 
 
 class Sonar3d15Settings(Settings, frozen=True):
-    """Nothing is sent to the sonar."""
+    """Nothing is sent."""
 
     interface: str = ""
-    """IPv4 address of this computer's interface to the sonar, for multicast; "": by the routing table, with several
-    interfaces often another one."""
+    """This computer's IPv4 address towards the sonar, for multicast; "": by the routing table, often the wrong one of
+    several."""
     sender: str = ""
     """IP address of the sonar; "": any, if there is only one."""
 

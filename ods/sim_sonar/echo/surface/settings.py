@@ -15,4 +15,4 @@ class Surface(Settings, frozen=True, kw_only=True):
     cs: NonNegative = 0.3
     """Specular share Cs."""
     sigma_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0)] = 15.0
-    """Surface roughness: standard deviation of the facets' slope."""
+    """Of the facets' slope."""
