@@ -4,7 +4,6 @@ import subprocess
 import sys
 import tempfile
 import threading
-import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +13,7 @@ import zmq
 
 from ods.base import clock
 from ods.messages import ClosestApproach, Obstacle, ObstacleList, PoseAt, Sector
-from ods.runtime.bus import Publisher, Subscriber
+from ods.runtime.bus import Publisher
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.tracker import Tracker
@@ -77,17 +76,6 @@ def running(*command: str, lines: str = "") -> Iterator[Path]:
             process.terminate()
             code = process.wait()
         assert code == 0, f"exit code {code}"
-
-
-def problems(run_dir: Path, process: str, timeout_s: float = 60.0) -> list[str]:
-    """Return the problems that a process reports first; none if it reports none in this time."""
-    health = Subscriber(zmq.Context(), run_dir, [], [process])
-    found: list[str] = []
-    end_s = time.monotonic() + timeout_s
-    while not found and time.monotonic() < end_s:
-        found = [problem for _, message in health.receive(0.1)[0] for problem in message.problems]
-    health.close()
-    return found
 
 
 def tracked(tracker: Tracker, pings: Iterable[Sequence[float]]) -> Snapshot:
