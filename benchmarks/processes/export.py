@@ -29,7 +29,7 @@ PLACE = Place(LocalFrame(57.0, 10.0), AT_ORIGIN)
 
 
 def main() -> None:
-    """Print the table of docs/recordings/export.md."""
+    """Print the figures of docs/recordings/export.md."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--pings", type=int, default=200)
     parser.add_argument("--times", type=int, default=3, help="each format is written so often; the median counts")

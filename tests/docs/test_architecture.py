@@ -13,7 +13,6 @@ from ods.runtime.processes import PROCESSES
 
 PROJECT = Path(__file__).parents[2]
 PAGE = (PROJECT / "docs" / "architecture" / "README.md").read_text()
-README = (PROJECT / "README.md").read_text()
 NAMED = r"`(ods/\S+\.py)` `([\w.]+)`"
 STATIONS = re.findall(NAMED, PAGE)
 GLOSSARY = (PROJECT / "docs" / "glossary.md").read_text()
@@ -60,13 +59,6 @@ def test_the_table_of_processes_is_the_process_table() -> None:
         for process in PROCESSES.values()
     )  # fmt: skip
     assert f"---|---|---|---|---\n{rows}\n" in PAGE
-
-
-def test_readme_has_the_processes_and_their_folders() -> None:
-    reported = dict(re.findall(r"^\| (\w+) \| .+ \| `(ods/[\w/]+)/` \|$", README, re.MULTILINE))
-    assert reported == {
-        process.name: process.worker.partition(".service:")[0].replace(".", "/") for process in PROCESSES.values()
-    }
 
 
 @pytest.mark.parametrize(("file", "name"), STATIONS)

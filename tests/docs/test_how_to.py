@@ -14,6 +14,8 @@ pytestmark = pytest.mark.slow
 
 PROJECT = Path(__file__).parents[2]
 PAGES = sorted(page for page in (PROJECT / "docs" / "how-to").glob("*.md") if page.name != "README.md")
+NEW_FILE = re.compile(r"^(?:cp \S+|touch) (\S+)$", re.MULTILINE)
+"""In a block of `sh`."""
 BLOCK = re.compile(r"(?:^`(?P<path>\S+)`:\n\n)?^```(?P<kind>\w+)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -55,6 +57,8 @@ def test_a_page_can_be_followed(page: Path, copy: Path) -> None:
                 compared += 1
             case "python", None:
                 printed = output_of(text, copy)
+            case "sh", None:
+                subprocess.run(["sh", "-e", "-c", text], cwd=copy, check=True)
             case "toml", None:
                 tomllib.loads(text)
             case _:
@@ -87,7 +91,9 @@ def test_every_page_is_listed() -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
 def test_the_index_counts_the_files_of_ods_that_change(page: Path) -> None:
-    changed = {block["path"] for block in BLOCK.finditer(page.read_text()) if block["path"]}
+    blocks = list(BLOCK.finditer(page.read_text()))
+    changed = {block["path"] for block in blocks if block["path"]}
+    changed |= {path for block in blocks if block["kind"] == "sh" for path in NEW_FILE.findall(block["text"])}
     index = (PROJECT / "docs" / "how-to" / "README.md").read_text()
     (files,) = re.findall(rf"\]\({re.escape(page.name)}\) \| (\d+)", index)
     assert int(files) == len([path for path in changed if path.startswith("ods/")])

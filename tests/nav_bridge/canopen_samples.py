@@ -1,4 +1,4 @@
-"""A CANopen source without I/O, and INS frames packed by hand from the table in docs/navigation/canopen.md."""
+"""A CANopen source without I/O, and INS frames packed by hand by the mapping of config/ins.eds."""
 
 import struct
 from collections import Counter

@@ -1,4 +1,4 @@
-"""CAN frames to poses, without I/O: frames are packed here by hand from the table in docs/navigation/canopen.md."""
+"""CAN frames to poses, without I/O: frames are packed here by hand by the mapping of config/ins.eds."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""DBC frames to poses, without I/O: frames are packed here by hand from SBG's table in docs/navigation/dbc.md."""
+"""DBC frames to poses, without I/O: frames are packed here by hand from SBG's manual."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""The simulated Norbit, read at the places of docs/sonars/norbit-packets.md, by no codec of the program."""
+"""The simulated Norbit, read at the places of TN-180196, by no codec of the program."""
 
 import binascii
 import socket

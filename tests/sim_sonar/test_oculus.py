@@ -1,4 +1,4 @@
-"""The simulated Oculus, read at the places of docs/sonars/oculus-messages.md, by no codec of the program."""
+"""The simulated Oculus, read at the places of the maker's structures, by no codec of the program."""
 
 import socket
 import struct

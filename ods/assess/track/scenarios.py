@@ -1,7 +1,7 @@
 """The fixed set of scenarios: the same number gives the same scenario, whatever else is run.
 
-7 scans a second, 80 s, the sonar of docs/recordings/tracks.md. Unless a scenario says otherwise, objects lie within a
-metre of the vehicle's depth, and there is one false alarm a scan.
+7 scans a second, 80 s, the sonar of the defaults of `Meta` (ods/tracker/scenario.py). Unless a scenario says otherwise,
+objects lie within a metre of the vehicle's depth, and there is one false alarm a scan.
 """
 
 import math

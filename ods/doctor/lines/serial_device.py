@@ -43,4 +43,4 @@ def latency_timer(subject: str, device: str, devices: Path = USB_SERIAL) -> Iter
         return
     if held_ms > PROMPT_MS:
         yield Finding("note", subject, f"the adapter holds the last bytes back for up to {held_ms} ms: "
-                      f"`echo 1 > {file}` as root, or the udev rule in docs/hardware/sonar.md")  # fmt: skip
+                      f"`echo 1 > {file}` as root, or the udev rule in docs/sonars/s7k.md")  # fmt: skip

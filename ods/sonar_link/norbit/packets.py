@@ -2,7 +2,7 @@
 
 Source: the maker's TN-180196, WBMS DFD External, rev. 1 and 2, section 8.2, which two public drivers carry and read
 (norbit of the University of Rhode Island, norbit_wbms_driver of KTH). All numbers are little endian, without gaps.
-docs/sonars/norbit-packets.md has the layout.
+docs/sonars/norbit.md names them, and what is open.
 """
 
 import math

@@ -2,7 +2,7 @@
 
 Sources: the structures that the maker published with its sample viewer, as liboculus (Applied Physics Laboratory,
 University of Washington), oculus_driver (ENSTA Bretagne) and sonar_oculus_m750d (Tidewise) have them; they agree. All
-numbers are little endian and packed without gaps. Layouts, and how the three differ: docs/sonars/oculus-messages.md.
+numbers are little endian and packed without gaps. How the three differ: docs/sonars/oculus.md.
 """
 
 import math

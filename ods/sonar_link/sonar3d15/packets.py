@@ -3,7 +3,7 @@
 Source: Water Linked's documentation of the integration API (waterlinked/docs, docs/sonar-3d/sonar-3d-15-api.md) and
 the definitions that its client `wlsonar` carries. All is little endian: "RIP2", the size of the whole packet, a
 protobuf message packed by Snappy ("RIP1": not packed), and CRC-32 of all before it.
-docs/sonars/sonar3d15.md has the fields.
+`RIP2.proto` there has the fields.
 """
 
 import struct

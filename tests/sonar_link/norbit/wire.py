@@ -1,4 +1,4 @@
-"""Norbit packets made byte by byte as in docs/sonars/norbit-packets.md: the codec under test has no part in it."""
+"""Norbit packets made byte by byte as in TN-180196: the codec under test has no part in it."""
 
 import binascii
 import struct

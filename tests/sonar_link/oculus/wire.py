@@ -1,4 +1,4 @@
-"""Oculus messages made byte by byte at the places of docs/sonars/oculus-messages.md, without the codec under test."""
+"""Oculus messages made byte by byte at the places of the maker's structures, without the codec under test."""
 
 import struct
 from typing import Any

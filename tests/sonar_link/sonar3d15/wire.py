@@ -1,4 +1,4 @@
-"""Sonar 3D-15 packets byte by byte as in docs/sonars/sonar3d15.md: the codec under test has no part in it."""
+"""Sonar 3D-15 packets byte by byte as in Water Linked's documentation: the codec under test has no part in it."""
 
 import binascii
 import struct

@@ -1,6 +1,6 @@
 """Packets of the Norbit WBMS as the sonar itself writes them, by packed record types.
 
-Written from docs/sonars/norbit-packets.md, not from `ods.sonar_link.norbit`: the bench would show a mistake there.
+Written from the maker's TN-180196, not from `ods.sonar_link.norbit`: the bench would show a mistake there.
 """
 
 import zlib

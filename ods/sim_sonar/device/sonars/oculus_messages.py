@@ -1,6 +1,6 @@
 """Messages of the Blueprint Oculus as the sonar itself writes and reads them, by packed record types.
 
-Written from the layouts in docs/sonars/oculus-messages.md, not from `ods.sonar_link.oculus`, so that the bench shows a
+Written from the drivers that docs/sonars/oculus.md names, not from `ods.sonar_link.oculus`, so that the bench shows a
 mistake there.
 """
 

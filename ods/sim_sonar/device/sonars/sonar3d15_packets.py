@@ -1,6 +1,6 @@
 """Packets of the Sonar 3D-15 as the sonar itself writes them: protobuf in a Snappy block of literals.
 
-Written from docs/sonars/sonar3d15.md, not from `ods.sonar_link.sonar3d15`: the bench shows a mistake there.
+Written from Water Linked's documentation, not from `ods.sonar_link.sonar3d15`: the bench shows a mistake there.
 """
 
 import struct
