@@ -19,6 +19,7 @@ SOCKET = "/_nicegui_ws/socket.io/"
 def visited(server: Serving) -> Iterator[None]:
     """Open the page and connect its Socket.IO, by long polling, as a browser behind a proxy does."""
     with closing(server.client()) as browser:
+        browser.timeout = 60.0  # s, of a busy machine
         found = re.search(r"'client_id': '([0-9a-f-]+)'", browser.get("/").text)
         assert found
         query = {"EIO": "4", "transport": "polling"}
