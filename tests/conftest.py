@@ -1,4 +1,5 @@
-"""For all tests: hypothesis the same in CI as here, unknown counters refused, garbage collected in what is new."""
+"""For all tests: hypothesis the same in CI as here, unknown counters refused, garbage collected in what is new, and an
+end of what hangs."""
 
 import gc
 import os
@@ -11,6 +12,13 @@ from hypothesis import settings
 from ods.runtime import counters
 from ods.sonar_link.files.decoder import PLUGGED_IN
 from ods.sonar_link.registry import PROTOCOLS
+from tests.watchdog import (  # noqa: F401
+    pytest_configure,
+    pytest_runtest_call,
+    pytest_runtest_setup,
+    pytest_runtest_teardown,
+    pytest_unconfigure,
+)
 
 os.environ[counters.REFUSE] = "1"  # for the processes that tests start, too
 

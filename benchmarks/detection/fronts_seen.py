@@ -16,6 +16,7 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
+from benchmarks.simulator.scene_text import Drawn, Surface, new_seed, object_text, scene_text as text_of
 from ods.assess.sea.run import head_at
 from ods.base.arrays import Floats, Floats32
 from ods.messages import Detection, frame_of
@@ -49,36 +50,6 @@ STAGES = [
 ]
 """The default chain, but all that reaches the levels of speckle is an echo."""
 
-SCENE = """seed = {seed}
-duration_s = 10.0
-
-[vehicle]
-position_ned = [0.0, 0.0, 20.0]
-velocity_ned = [{speed:.2f}, 0.0, 0.0]
-pitch = {{ amplitude_deg = {pitch:.1f}, period_s = 7.0 }}
-yaw = {{ amplitude_deg = {yaw:.1f}, period_s = 15.0 }}
-{objects}
-[sea_bed]
-depth_m = {depth:.2f}
-slope_deg = {slope:.1f}
-slope_heading_deg = 180.0
-rough = {{ rms_height_m = {rms:.3f}, correlation_m = {correlation:.2f} }}
-surface = {{ cd = {bed:.2f}, cs = {glint:.2f}, sigma_deg = 20.0 }}
-
-[image]
-range_correlation = {cells:.2f}
-beam_gain_rms_db = 1.0
-"""
-
-BODY = """
-[[objects]]
-shape = "{shape}"
-name = "{name}"
-position_ned = [{place[0]:.1f}, {place[1]:.1f}, {down:.2f}]
-{size}
-surface = {{ cd = {cd:.3f}, cs = {cs:.3f}, sigma_deg = {sigma:.0f} }}
-"""
-
 
 class Seen(NamedTuple):
     """Echoes and what they are."""
@@ -92,13 +63,15 @@ class Seen(NamedTuple):
 def scene_text(rng: np.random.Generator, nearer: float = 1.0) -> str:
     """Return a scene with bodies of many kinds over a bed of any kind; nearer: ranges are so many times those above."""
     depth, slope = DOWN_M + rng.uniform(2.0, 10.0), rng.choice([0.0, 0.0, rng.uniform(0.0, 4.0)])
-    return SCENE.format(
-        seed=int(rng.integers(1 << 30)), speed=rng.uniform(0.0, 2.0), pitch=rng.uniform(0.0, 3.0),
-        yaw=rng.uniform(0.0, 5.0), objects=_bodies(depth, slope, nearer, rng), depth=depth, slope=slope,
-        rms=math.exp(rng.uniform(math.log(0.03), math.log(0.4))),
-        correlation=math.exp(rng.uniform(math.log(0.5), math.log(4.0))),
-        bed=rng.uniform(0.2, 0.7), glint=rng.uniform(0.0, 0.3), cells=rng.uniform(0.0, 0.3),
+    seed, speed, pitch, yaw = new_seed(rng), rng.uniform(0.0, 2.0), rng.uniform(0.0, 3.0), rng.uniform(0.0, 5.0)
+    objects = _bodies(depth, slope, nearer, rng)
+    drawn = Drawn(
+        seed, speed, pitch, yaw, depth, slope,
+        rms_height_m=math.exp(rng.uniform(math.log(0.03), math.log(0.4))),
+        correlation_m=math.exp(rng.uniform(math.log(0.5), math.log(4.0))),
+        cd=rng.uniform(0.2, 0.7), cs=rng.uniform(0.0, 0.3), range_correlation=rng.uniform(0.0, 0.3),
     )  # fmt: skip
+    return text_of(drawn, objects, seconds=10.0, down_m=DOWN_M)
 
 
 def _bodies(depth_m: float, slope_deg: float, nearer: float, rng: np.random.Generator) -> str:
@@ -126,8 +99,8 @@ def _body(name: str, place: Floats, down: float, rng: np.random.Generator) -> st
         "plane": f"width_m = {width:.2f}\nheight_m = {length:.2f}\nnormal_ned = [{axis}]",
     }[shape]
     cd = math.exp(rng.uniform(math.log(0.02), math.log(0.3)))
-    surface = {"cd": cd, "cs": cd * rng.uniform(0.0, 1.0), "sigma": rng.uniform(8.0, 30.0)}
-    return BODY.format(shape=shape, name=name, place=place, down=down, size=size, **surface)
+    surface = Surface(cd, cd * rng.uniform(0.0, 1.0), rng.uniform(8.0, 30.0))
+    return object_text(shape, name, place, down, size, surface)
 
 
 def seen_in(scene: Scene, sonar: SonarModel) -> Iterator[Seen]:

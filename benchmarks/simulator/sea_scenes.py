@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.simulator.scene_text import Drawn, Surface, new_seed, object_text, scene_text as text_of
+
 DOWN_M = 20.0
 """Of the sonar."""
 ALTITUDES_M, SPEEDS, HEIGHTS_M, RADII_M, AHEAD_M = (2.5, 9.0), (0.2, 2.0), (3.5, 6.0), (0.8, 2.0), (45.0, 85.0)
@@ -35,36 +37,7 @@ class Bed(NamedTuple):
 
 BEDS = {"gentle": Bed(0.05, 3.0), "slope": Bed(0.15, 3.0, 3.0), "rocky": Bed(0.25, 2.0), "ripples": Bed(0.12, 0.8)}
 
-SCENE = """seed = {seed}
-duration_s = {seconds}
-
-[vehicle]
-position_ned = [0.0, 0.0, {down}]
-velocity_ned = [{speed:.2f}, 0.0, 0.0]
-pitch = {{ amplitude_deg = {pitch:.1f}, period_s = 7.0 }}
-yaw = {{ amplitude_deg = {yaw:.1f}, period_s = 15.0 }}
-{objects}
-[sea_bed]
-depth_m = {depth:.2f}
-slope_deg = {bed.rises_deg}
-slope_heading_deg = 180.0
-rough = {{ rms_height_m = {bed.rms_height_m}, correlation_m = {bed.correlation_m} }}
-surface = {{ cd = 0.5, cs = 0.2, sigma_deg = 20.0 }}
-
-[image]
-range_correlation = 0.2
-beam_gain_rms_db = 1.0
-"""
-
-SPHERE = """
-[[objects]]
-shape = "sphere"
-name = "{name}"
-position_ned = [{place[0]:.1f}, {place[1]:.1f}, {down:.2f}]
-velocity_ned = [{velocity[0]:.2f}, {velocity[1]:.2f}, 0.0]
-radius_m = {radius:.2f}
-surface = {{ cd = 0.1, cs = 0.05, sigma_deg = 15.0 }}
-"""
+SPHERE = Surface(cd=0.1, cs=0.05, sigma_deg=15.0)
 
 
 def scene_text(bed: Bed, rng: np.random.Generator) -> str:
@@ -72,10 +45,11 @@ def scene_text(bed: Bed, rng: np.random.Generator) -> str:
     depth, speed = DOWN_M + rng.uniform(*ALTITUDES_M), rng.uniform(*SPEEDS)
     depth = max(depth, DOWN_M + LOWEST_M + speed * SECONDS * math.tan(math.radians(bed.rises_deg)))
     objects = "".join(_sphere(name, bed, depth, speed, rng) for name in ("one", "two", MOVER))
-    return SCENE.format(
-        seed=int(rng.integers(1 << 30)), seconds=SECONDS, down=DOWN_M, speed=speed, pitch=rng.uniform(0.0, 2.0),
-        yaw=rng.uniform(0.0, 4.0), objects=objects, depth=depth, bed=bed,
+    drawn = Drawn(
+        new_seed(rng), speed, rng.uniform(0.0, 2.0), rng.uniform(0.0, 4.0), depth, bed.rises_deg, bed.rms_height_m,
+        bed.correlation_m, cd=0.5, cs=0.2, range_correlation=0.2,
     )  # fmt: skip
+    return text_of(drawn, objects, seconds=SECONDS, down_m=DOWN_M)
 
 
 def _sphere(name: str, bed: Bed, depth_m: float, speed: float, rng: np.random.Generator) -> str:
@@ -89,7 +63,8 @@ def _sphere(name: str, bed: Bed, depth_m: float, speed: float, rng: np.random.Ge
         nearest_m = float(np.hypot(*way.T).min())
     below = depth_m - place[0] * math.tan(math.radians(bed.rises_deg))
     down = min(max(below - rng.uniform(*HEIGHTS_M), SHALLOWEST_M), DEEPEST_M)
-    return SPHERE.format(name=name, place=place, down=down, velocity=velocity, radius=radius)
+    rows = f"velocity_ned = [{velocity[0]:.2f}, {velocity[1]:.2f}, 0.0]\nradius_m = {radius:.2f}"
+    return object_text("sphere", name, place, down, rows, SPHERE)
 
 
 def main() -> None:

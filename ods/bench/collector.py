@@ -69,6 +69,7 @@ class Collector:
         now = clock.monotonic_ns()
         for _, message in received:
             self._keep(message, now)
+        self.record.unread_lists = sum(each.counters["dropped_obstacles"] for each in self._subscriber.subscriptions)
 
     def _keep(self, message: object, now_ns: int) -> None:
         record = self.record

@@ -7,6 +7,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
+from ods.bench.losses import PingLosses, losses_of, only_the_machine
 from ods.bench.machine import MachineLoad
 from ods.bench.settings import BenchLimits
 from ods.bench.way.avoidance import Avoidance, missed as avoidance_missed
@@ -32,8 +33,8 @@ class Summary(msgspec.Struct, frozen=True):
     seconds: float
     pings: int
     pings_lost: int
-    pings_lost_on_line: int
-    """Of these, pings that never came out of the sonar process."""
+    losses: PingLosses
+    """Where these were lost."""
     lists: int
     invalid_lists: int
     longest_gap_s: float
@@ -65,8 +66,6 @@ class Summary(msgspec.Struct, frozen=True):
 
 TIMES = frozenset({"latency_p50_ms", "latency_p99_ms", "longest_gap_s"})
 """Figures that say as much of a busy computer as of the program."""
-SKIPPED = "skipped_pings"
-"""Counter of the pings that a process left out as it had too little of a processor for all of them."""
 
 
 def summarize(
@@ -91,7 +90,7 @@ def summarize(
         seconds=(max(times) - min(times)) / NS if times else 0.0,
         pings=len(record.truths),
         pings_lost=sum(number not in answered for number in record.truths),
-        pings_lost_on_line=sum(number not in answered and number not in record.received for number in record.truths),
+        losses=losses_of(record, set(answered)),
         lists=len(record.lists),
         invalid_lists=sum(not item.valid for _, item in record.lists),
         longest_gap_s=float(np.diff(arrivals).max() / NS) if len(arrivals) > 1 else math.inf,
@@ -124,16 +123,10 @@ def summarize(
 
 
 def _is_the_machines(name: str, summary: Summary, limits: BenchLimits) -> bool:
-    """Return whether a busy computer explains a missed limit: one on times, or pings left out for lack of time.
-
-    Those that did not come out of the sonar process count as such: the line's buffers overflow while it does not read.
-    """
-    if not summary.machine.busy:
-        return False
+    """Return whether a busy computer explains a missed limit: one on times, or pings left out for lack of time."""
     if name == "pings_lost":
-        skipped = sum(counters.get(SKIPPED, 0) for counters in summary.counters.values())
-        return summary.pings_lost - summary.pings_lost_on_line - skipped <= limits.pings_lost
-    return name in TIMES or name in summary.back_s
+        return only_the_machine(summary.losses, limits.pings_lost, summary.machine)
+    return summary.machine.busy and (name in TIMES or name in summary.back_s)
 
 
 def _latencies_ms(record: RunRecord, answered: dict[int, tuple[int, int]]) -> Floats:
@@ -188,6 +181,8 @@ def _missed(summary: Summary, limits: BenchLimits) -> dict[str, str]:
         for name, limit in most.items()
         if limit is not None and not getattr(summary, name) <= limit
     }
+    if "pings_lost" in found:
+        found["pings_lost"] += f" ({summary.losses})"
     if limits.tracked_share is not None and not summary.tracked_share >= limits.tracked_share:
         found["tracked_share"] = f"tracked_share is {summary.tracked_share:.3g}, the limit is {limits.tracked_share:g}"
     return found | {

@@ -27,13 +27,20 @@ def findings(config: Path, listen_s: float = 0.0, run_dir: Path | None = None) -
     yield from chain.examine(settings.pipeline)
     yield from plugins.examine(settings)
     yield from map_file.examine(settings.tracker.map.path, settings.site)
-    yield from sonar_port.examine(settings.sonar.port, in_use=is_locked(settings.bus.run_dir, "sonar"))
-    if listen_s:
+    line = list(sonar_port.examine(settings.sonar.port, in_use=is_locked(settings.bus.run_dir, "sonar")))
+    yield from line
+    if listen_s and not _is_wrong(line):
         yield from sonar_port.listen(settings, listen_s)
     yield from mounting.examine(settings.sonar.mounting, settings.nav.lever_arm_m)
-    yield from nav_line.examine(settings.nav)
+    line = list(nav_line.examine(settings.nav))
+    yield from line
     source = list(navigation.files(settings))
     yield from source
-    if listen_s and source[-1].level == "good":
+    if listen_s and source[-1].level == "good" and not _is_wrong(line):
         yield from navigation.listen(settings, listen_s)
     yield from running.sockets(run_dir or settings.bus.run_dir)
+
+
+def _is_wrong(line: list[Finding]) -> bool:
+    """Return whether a line cannot be used: to listen to it would only say so again."""
+    return any(item.level == "wrong" for item in line)

@@ -37,7 +37,8 @@ def sockets(run_dir: Path) -> Iterator[Finding]:
             problems = "; ".join(report.problems) if report else ""
             yield Finding("wrong", process.name, problems or "does not run, though others do")
         elif report is None:
-            why = overload.problem(clock.monotonic_ns()) or "it hangs, or is starting"
+            late = overload.problem(clock.monotonic_ns())  # which does not say that it would answer on an idle one
+            why = "it hangs, or is starting" + (f", or is only late, as {late}" if late else "")
             yield Finding("wrong", process.name, f"runs, but gave no sign of life within {LISTEN_S} s: {why}")
         elif report.problems:
             yield Finding("wrong", process.name, "; ".join(report.problems))

@@ -39,6 +39,8 @@ class RunRecord:
     """By ping number."""
     received: set[int] = field(default_factory=set)
     """Numbers of the pings that the sonar process has published."""
+    unread_lists: int = 0
+    """Obstacle lists that came, but faster than they were read here."""
     health: Mapping[str, Log[Health]] = field(default_factory=_reports)
     """By process."""
     kills: list[tuple[str, int]] = field(default_factory=list)

@@ -24,6 +24,7 @@ class Sized(Protocol):
 
 
 HeaderT = TypeVar("HeaderT", bound=Sized)
+FoundT = TypeVar("FoundT")
 
 
 class Packet(NamedTuple, Generic[HeaderT]):
@@ -59,7 +60,34 @@ class ChecksumBudget:
         return True
 
 
-class SyncFramer(ABC, Generic[HeaderT]):
+class Unended(ABC, Generic[FoundT]):
+    """What of a framer does not depend on how its packets look: giving up those that do not end."""
+
+    @property
+    @abstractmethod
+    def waiting_since_ns(self) -> int | None:
+        """When the first byte of the packet under way was read; None when none is."""
+
+    @abstractmethod
+    def give_up(self) -> list[FoundT]:
+        """Disbelieve the header of the packet under way; return the packets found behind it."""
+
+    def give_up_late(self, now_ns: int, timeout_ns: int) -> list[FoundT]:
+        """Give up what began longer ago than that; return the packets found behind it."""
+        found: list[FoundT] = []
+        while (since_ns := self.waiting_since_ns) is not None and now_ns - since_ns > timeout_ns:
+            found += self.give_up()
+        return found
+
+    def give_up_all(self) -> list[FoundT]:
+        """Give up whatever is under way; return the packets found in it."""
+        found: list[FoundT] = []
+        while self.waiting_since_ns is not None:
+            found += self.give_up()
+        return found
+
+
+class SyncFramer(Unended[Packet[HeaderT]], Generic[HeaderT]):
     """Turns chunks of a stream into packets, in any chunking the same.
 
     Counts `records` (whole packets), `garbage_bytes` (bytes of no packet), `truncated_record`, `unknown_message` (a
@@ -121,9 +149,7 @@ class SyncFramer(ABC, Generic[HeaderT]):
 
     def flush(self) -> list[Packet[HeaderT]]:
         """End the stream: give up whatever is under way; return the packets found in it. Feeding may go on."""
-        found: list[Packet[HeaderT]] = []
-        while self.waiting_since_ns is not None:
-            found += self.give_up()
+        found = self.give_up_all()
         self._discard(len(self._bytes))
         return found
 

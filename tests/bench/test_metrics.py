@@ -6,6 +6,7 @@ import time
 
 import pytest
 
+from ods.bench.losses import PingLosses
 from ods.bench.machine import MachineLoad, MachineProbe
 from ods.bench.metrics import summarize
 from ods.bench.settings import BenchLimits
@@ -133,14 +134,36 @@ def test_accuracy_is_judged_on_a_busy_machine() -> None:
     ]
 
 
-@pytest.mark.parametrize(("skipped", "broken"), [(1, []), (0, ["pings_lost is 1, the limit is 0"])])
-def test_only_pings_left_out_for_lack_of_time_are_the_machines(skipped: int, broken: list[str]) -> None:
+@pytest.mark.parametrize(("process", "counter"), [("pipeline", "dropped_ping"), ("tracker", "skipped_pings")])
+@pytest.mark.parametrize("lost", [1, 3])
+def test_only_pings_left_out_for_lack_of_time_are_the_machines(process: str, counter: str, lost: int) -> None:
+    record = run_of([[obstacle(4, 30.0, 0.0)]] * 40, [target("a", 30.0, 0.0)])
+    without(record, 20, 20 + lost)
+    record.received.update(record.truths)
+    last_ns = record.truths[39].t_ns
+    for name, counters in (("pipeline", {}), ("tracker", {}), (process, {counter: 1})):
+        record.health[name].append(Health(name, 1, 0, last_ns, 0, True, [], counters, {}, {}, {}, 0.0, 0.0))
+    summary = summarize(record, LIMITS, 1.0, BUSY)
+    left_out = "1 left out by pipeline or tracker, as newer ones waited"
+    if lost == 1:
+        assert (summary.broken, summary.not_judged) == ([], [f"pings_lost is 1, the limit is 0 ({left_out})"])
+    else:
+        said = f"pings_lost is {lost}, the limit is 0 ({left_out}; {lost - 1} lost by ODS, uncounted)"
+        assert said in summary.broken
+    assert any(text.startswith("pings_lost") for text in summarize(record, LIMITS, 1.0).broken)
+
+
+def test_lists_that_the_bench_did_not_read_and_pings_that_no_process_has_reported_yet_are_the_machines() -> None:
     record = run_of([[obstacle(4, 30.0, 0.0)]] * 40, [target("a", 30.0, 0.0)])
     without(record, 20, 21)
+    without(record, 38, 39)
     record.received.update(record.truths)
-    report = Health("pipeline", 1, 0, 0, 0, True, [], {"skipped_pings": skipped}, {}, {}, {}, 0.0, 0.0)
-    record.health["pipeline"].append(report)
-    assert summarize(record, LIMITS, 1.0, BUSY).broken == broken
+    record.unread_lists = 1
+    for name in ("pipeline", "tracker"):
+        record.health[name].append(Health(name, 1, 0, record.truths[37].t_ns, 0, True, [], {}, {}, {}, {}, 0.0, 0.0))
+    summary = summarize(record, LIMITS, 1.0, BUSY)
+    assert summary.losses == PingLosses(unread=1, last_moment=1)
+    assert summary.broken == []
 
 
 def test_pings_that_a_starved_reader_lost_on_the_line_are_the_machines() -> None:

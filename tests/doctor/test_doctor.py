@@ -13,6 +13,7 @@ import pytest
 import zmq
 
 from ods.base import clock
+from ods.base.computer.overload import STARVED, OverloadMonitor
 from ods.base.settings_file import load
 from ods.cli import main
 from ods.config import OnboardConfig
@@ -149,6 +150,14 @@ def test_a_dbc_error_is_said_once(tmp_path: Path) -> None:
     assert "(did you mean SBG_ECAN_MSG_EKF_POS)" in found[0].text
 
 
+def test_a_line_that_is_not_there_is_reported_once(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+    file = config(tmp_path, port, 'interface = "slcan"\nchannel = "/dev/none"\nbitrate = 500000')
+    wrong = [item.subject for item in findings(file, 0.1) if item.level == "wrong"]
+    assert wrong == [f"sonar {port}", "CAN slcan /dev/none"]
+
+
 @pytest.mark.parametrize(("start_ins", "level"), [(True, "note"), (False, "wrong")])
 def test_an_ins_that_waits_to_be_started_is_one_line(tmp_path: Path, start_ins: bool, level: str) -> None:
     near, far_end = tmp_path / "can0", tmp_path / "can1"
@@ -163,14 +172,19 @@ def test_an_ins_that_waits_to_be_started_is_one_line(tmp_path: Path, start_ins: 
     assert "start_ins" in found.text
 
 
-def test_running_processes_are_asked_how_they_are(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("load", "why"),
+    [("", "it hangs, or is starting"), (STARVED, f"it hangs, or is starting, or is only late, as {STARVED}")],
+)
+def test_running_processes_are_asked_how_they_are(
+    load: str, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a busy computer one that is silent may hang all the same."""
+    monkeypatch.setattr(OverloadMonitor, "problem", lambda *_: load)
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     publisher = bus.Publisher(context, tmp_path, "nav")
     nothing = {item.subject: (item.level, item.text) for item in sockets(tmp_path)}
-    assert nothing["nav"] == (
-        "wrong",
-        "runs, but gave no sign of life within 1.5 s: it hangs, or is starting",
-    )
+    assert nothing["nav"] == ("wrong", f"runs, but gave no sign of life within 1.5 s: {why}")
     assert nothing["sonar"] == ("wrong", "does not run, though others do")
     publisher.close()
     context.term()

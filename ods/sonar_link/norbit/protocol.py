@@ -108,10 +108,7 @@ class NorbitProtocol(SonarProtocol):
     def check(self, now_ns: int) -> list[Ping]:
         """Give up packets that do not end; return the pings found behind their beginnings."""
         self._newest_ns = now_ns if self._newest_ns is None else self._newest_ns
-        pings: list[Ping] = []
-        while (since_ns := self._framer.waiting_since_ns) is not None and now_ns - since_ns > self._timeout_ns:
-            pings += self._take(self._framer.give_up())
-        return pings
+        return self._take(self._framer.give_up_late(now_ns, self._timeout_ns))
 
     def end_stream(self, _now_ns: int) -> list[Ping]:
         """Forget the packet under way; return the pings found in what is left."""

@@ -82,10 +82,7 @@ class OculusProtocol(SonarProtocol):
     def check(self, now_ns: int) -> list[Ping]:
         """Give up messages that do not end; return the pings found behind their beginnings."""
         self._begun_ns = now_ns if self._begun_ns is None else self._begun_ns
-        pings: list[Ping] = []
-        while (since_ns := self._framer.waiting_since_ns) is not None and now_ns - since_ns > self._timeout_ns:
-            pings += self._take(self._framer.give_up())
-        return pings
+        return self._take(self._framer.give_up_late(now_ns, self._timeout_ns))
 
     def end_stream(self, now_ns: int) -> list[Ping]:
         """Forget the message under way; return the pings found in what is left."""

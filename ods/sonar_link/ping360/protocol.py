@@ -90,9 +90,7 @@ class Ping360Protocol(SonarProtocol):
     def check(self, now_ns: int) -> list[Ping]:
         """Give up messages that do not end, and give away beams that no other follows."""
         self._newest_ns = now_ns if self._newest_ns is None else self._newest_ns
-        pings: list[Ping] = []
-        while (since_ns := self._framer.waiting_since_ns) is not None and now_ns - since_ns > self._timeout_ns:
-            pings += self._take(self._framer.give_up())
+        pings = self._take(self._framer.give_up_late(now_ns, self._timeout_ns))
         waits_ns = self._sector.waits_since_ns
         if waits_ns is not None and now_ns - waits_ns > WAIT_NS:
             pings += self._pings(self._sector.end())

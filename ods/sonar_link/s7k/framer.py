@@ -13,6 +13,7 @@ import numpy as np
 from ods.sonar_link.s7k import drf
 from ods.sonar_link.s7k.drf import RecordHeader, S7kRecord
 from ods.sonar_link.s7k.loss import Loss
+from ods.sonar_link.sync_framer import Unended
 
 MAX_RECORD_BYTES = 4 * 1024 * 1024
 MIN_RECORD_BYTES = drf.RECORD_HEADER_BYTES + drf.CHECKSUM_BYTES
@@ -24,7 +25,7 @@ _SUM_BYTES = 4
 _SUM_MASK = 0xFFFFFFFF
 
 
-class RecordFramer:
+class RecordFramer(Unended[S7kRecord]):
     """Turns chunks of a stream into records, in any chunking the same.
 
     Counters: records, of them unchecked_records (without checksum); garbage_bytes (bytes of no record); and one for
@@ -75,9 +76,7 @@ class RecordFramer:
 
     def flush(self) -> list[S7kRecord]:
         """End the stream: give up whatever is under way; return the records found in it. Feeding may go on."""
-        records: list[S7kRecord] = []
-        while self.waiting_since_ns is not None:
-            records += self.give_up()
+        records = self.give_up_all()
         self._discard(len(self._bytes))
         return records
 

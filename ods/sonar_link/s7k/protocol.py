@@ -71,10 +71,7 @@ class S7kProtocol(SonarProtocol):
 
     def check(self, now_ns: int) -> list[Ping]:
         """Give up records that take longer than `record_timeout_s`."""
-        found = []
-        while (since := self._framer.waiting_since_ns) is not None and now_ns - since > self._timeout_ns:
-            found += self._framer.give_up()
-        return self._take(found)
+        return self._take(self._framer.give_up_late(now_ns, self._timeout_ns))
 
     def end_stream(self, now_ns: int) -> list[Ping]:
         """Take what is left of the stream of a line that was lost."""

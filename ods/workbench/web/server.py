@@ -13,6 +13,7 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 from ods.base.errors import OdsError, one_line
 from ods.workbench.session import Session
 from ods.workbench.web import frames
+from ods.workbench.web.ending import Server, stop_outboxes
 from ods.workbench.web.limits import MOST_HEAD_BYTES, BoundedProtocol, not_a_strangers_fault
 from ods.workbench.web.security import BROWSER, HOSTS, Gate
 
@@ -75,7 +76,7 @@ def serve(site: Site, bound: socket.socket, issue: Callable[[str], None]) -> Non
         ws_per_message_deflate=False,  # nothing leaves the machine: packing would cost more than it saves
         timeout_graceful_shutdown=1,
     )
-    uvicorn.Server(config).run(sockets=[bound])
+    Server(config).run(sockets=[bound])
 
 
 def in_one_line(record: logging.LogRecord) -> bool:
@@ -108,5 +109,6 @@ def _application(site: Site) -> FastAPI:
         show_welcome_message=False,
         gzip_middleware_factory=None,
     )
+    core.app.on_shutdown(stop_outboxes)  # before NiceGUI cancels them
     core.sio.eio.cors_allowed_origins = None  # its own check of the Origin, which NiceGUI switches off
     return app

@@ -8,7 +8,6 @@ import pytest
 import pytest_asyncio
 from nicegui import ui
 from nicegui.testing import User
-from nicegui.testing.user_simulation import user_simulation
 
 from ods.workbench.model.actions import OpenData, SetView
 from ods.workbench.model.state import DataReference, State, View
@@ -17,6 +16,7 @@ from ods.workbench.pages.frame import Menu
 from ods.workbench.session import Session
 from ods.workbench.web.follow import PICTURE_FIRST_S
 from tests.workbench.pages import menu_counts
+from tests.workbench.pages.visiting import simulated
 
 pytestmark = pytest.mark.slow
 
@@ -37,9 +37,9 @@ def session(monkeypatch: pytest.MonkeyPatch) -> Session:
 
 @pytest_asyncio.fixture
 async def user(session: Session) -> AsyncIterator[User]:
-    async with user_simulation(lambda: frame.build(session)) as simulated:
-        await simulated.open("/")
-        yield simulated
+    async with simulated(lambda: frame.build(session)) as visitor:
+        await visitor.open("/")
+        yield visitor
 
 
 async def changed() -> None:

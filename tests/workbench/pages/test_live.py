@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from nicegui import ui
 from nicegui.testing import User
-from nicegui.testing.user_simulation import user_simulation
 
 from ods.base.arrays import SAMPLE_DTYPES
 from ods.messages import Ping, SampleType
@@ -25,6 +24,7 @@ from ods.workbench.session import Session
 from tests.export import mission
 from tests.workbench.engine.test_live import HEALTH, Vehicle
 from tests.workbench.pages.test_observer import until
+from tests.workbench.pages.visiting import simulated
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def vehicle(tmp_path: Path) -> Iterator[Vehicle]:
 
 async def test_verdict_processes_and_silence_are_said(tmp_path: Path, vehicle: Vehicle) -> None:
     session = Session(State(data=DataReference(kind="live", path=str(tmp_path))))
-    async with user_simulation(lambda: live.build(session)) as user:
+    async with simulated(lambda: live.build(session)) as user:
         await user.open("/")
         await user.should_see("NOT VALID: no obstacle list yet")
         time.sleep(0.3)  # until the sockets have found each other
@@ -69,7 +69,7 @@ def banner(user: User) -> str:
 async def test_a_bus_that_vanishes_is_said_and_received_again_when_it_is_back(tmp_path: Path) -> None:
     """The process is killed, so that its sockets stay, and another takes its place."""
     session = Session(State(data=DataReference(kind="live", path=str(tmp_path))))
-    async with user_simulation(lambda: live.build(session)) as user:
+    async with simulated(lambda: live.build(session)) as user:
         await user.open("/")
         for _ in range(2):
             with talking(tmp_path):
@@ -107,7 +107,7 @@ with ExitStack() as stack:
 
 async def test_without_a_bus_it_says_how_to_get_one() -> None:
     session = Session(State())
-    async with user_simulation(lambda: live.build(session)) as user:
+    async with simulated(lambda: live.build(session)) as user:
         await user.open("/")
         await user.should_see("No vehicle's bus is looked at")
 

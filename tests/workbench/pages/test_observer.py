@@ -8,7 +8,6 @@ import pytest
 import pytest_asyncio
 from nicegui import ui
 from nicegui.testing import User
-from nicegui.testing.user_simulation import user_simulation
 
 from ods.workbench.model.actions import OpenData, SetSetting, SetView, ShowPing
 from ods.workbench.model.state import DataReference, State
@@ -19,6 +18,7 @@ from ods.workbench.session import Session
 from ods.workbench.web.views.chart_view import ChartView
 from ods.workbench.web.views.plan_view import PlanView
 from tests.workbench.engine.test_rerun import START
+from tests.workbench.pages.visiting import simulated
 
 pytestmark = pytest.mark.slow
 
@@ -32,9 +32,9 @@ def session() -> Iterator[Session]:
 
 @pytest_asyncio.fixture
 async def user(session: Session) -> AsyncIterator[User]:
-    async with user_simulation(lambda: observer.build(session)) as simulated:
-        await simulated.open("/")
-        yield simulated
+    async with simulated(lambda: observer.build(session)) as visitor:
+        await visitor.open("/")
+        yield visitor
 
 
 async def until(met: Callable[[], Any]) -> None:
@@ -101,7 +101,7 @@ async def test_a_click_in_time_goes_to_the_ping(user: User, session: Session) ->
 
 async def test_without_data_it_says_what_is_needed() -> None:
     session = Session(State())
-    async with user_simulation(lambda: observer.build(session)) as user:
+    async with simulated(lambda: observer.build(session)) as user:
         await user.open("/")
         await user.should_see("No data are open")
     rerun_of(session).close()

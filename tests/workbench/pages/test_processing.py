@@ -11,7 +11,6 @@ import pytest_asyncio
 from nicegui import ui
 from nicegui.outbox import Outbox
 from nicegui.testing import User
-from nicegui.testing.user_simulation import user_simulation
 
 from ods.offline.mission import MissionSettings
 from ods.workbench.engine.data import Data
@@ -36,6 +35,7 @@ from ods.workbench.web.views.chart_view import ChartView
 from ods.workbench.web.views.fan_view import FanView
 from tests.workbench.engine.test_study import pings
 from tests.workbench.pages.test_observer_views import tracked
+from tests.workbench.pages.visiting import simulated
 
 STAGES: list[dict[str, Any]] = [
     {"use": "equalize.mean_range"},
@@ -55,9 +55,9 @@ def session(monkeypatch: pytest.MonkeyPatch) -> Session:
 
 @pytest_asyncio.fixture
 async def user(session: Session) -> AsyncIterator[User]:
-    async with user_simulation(lambda: processing.build(session)) as simulated:
-        await simulated.open("/")
-        yield simulated
+    async with simulated(lambda: processing.build(session)) as visitor:
+        await visitor.open("/")
+        yield visitor
 
 
 def frame(user: User, view: str = "main") -> Frame | None:

@@ -12,12 +12,23 @@ import numpy as np
 from nicegui.testing import User, user_simulation
 
 from ods.workbench.session import Session
+from ods.workbench.web.ending import stop_outboxes
+
+
+@asynccontextmanager
+async def simulated(build: Callable[[], None]) -> AsyncIterator[User]:
+    """Serve a page to a simulated browser, and end as the server does."""
+    async with user_simulation(build) as user:
+        try:
+            yield user
+        finally:
+            stop_outboxes()
 
 
 @asynccontextmanager
 async def visiting(session: Session, build: Callable[[Session], None]) -> AsyncIterator[User]:
     """Open a page of one menu."""
-    async with user_simulation(root=lambda: build(session)) as user:
+    async with simulated(lambda: build(session)) as user:
         await user.open("/")
         yield user
 

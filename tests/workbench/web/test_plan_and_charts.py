@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments, handle_event
-from nicegui.testing.user_simulation import user_simulation
 
 from ods.workbench.web.views import plan_view
 from ods.workbench.web.views.chart_view import Axis, Band, ChartView, Colour, Curve, Even, Panel, Strip
 from ods.workbench.web.views.plan_view import Circle, Drag, Ellipse, Handle, Line, Pick, PlanView
-from tests.workbench.pages.visiting import numbers
+from tests.workbench.pages.visiting import numbers, simulated
 
 
 def on_a_page(test: Callable[[], None]) -> None:
@@ -28,7 +27,7 @@ def on_a_page(test: Callable[[], None]) -> None:
             test()
             done.append(True)
 
-        async with user_simulation(root) as user:
+        async with simulated(root) as user:
             await user.open("/")
         assert done
 
