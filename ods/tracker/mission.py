@@ -236,6 +236,7 @@ class MissionTracker:
             if forgotten is None:
                 raise RefusedError(f"no obstacle {request.id}")
             self._lister.end(forgotten)
+            self._vanished.forget(request.id)
             self._present = [each for each in self._present if each.id != request.id]
             return [request.id]
         return []
@@ -274,7 +275,7 @@ class MissionTracker:
         reasons += self._pose_sense.reasons(now_ns)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
         bottom = bottom_below(pose)
-        reasons += self._common_errors.reasons() + self._vanished.reasons()
+        reasons += self._common_errors.reasons(convoy=not self._pose_sense.is_doubtful) + self._vanished.reasons()
         hittable = self._hittable.of(self._common_errors.widened(snapshot), bottom, self._view(t_ns, pose))
         centre = None if self._vehicle is None else self._vehicle.position
         nearest = self._outlines.covering(hittable.snapshot.nearest(self.settings.planner.most_listed, centre))

@@ -136,3 +136,14 @@ def test_a_jump_is_no_wrong_unit() -> None:
     sense, jumps = received(course(600) + course(1200, begin_ns=6 * NS, ahead_m=100.0))
     assert jumps
     assert sense.disagreement == ""
+
+
+def test_a_place_that_stands_still_to_the_last_digit_is_doubtful_though_no_speed_is_reported() -> None:
+    poses = [pose(i * STEP_NS, (5.0, 0.0, 0.0), yaw=0.001 * i, speed=0.0) for i in range(300)]
+    sense, _ = received(poses[:150])
+    assert not sense.is_doubtful
+    sense, _ = received(poses)
+    assert sense.is_doubtful
+    assert sense.reasons(3 * NS) == []
+    sense.receive(pose(300 * STEP_NS, (5.001, 0.0, 0.0), speed=0.0))
+    assert not sense.is_doubtful

@@ -105,6 +105,15 @@ def test_echoes_that_fail_now_and_then_and_one_object_that_hides_are_nothing() -
     assert rig.sail(10.0, lambda rows: rows[1:]) == []
 
 
+def test_objects_that_an_operator_drops_do_not_vanish() -> None:
+    rig = Rig()
+    rig.sail(FAULT_S)
+    for number in rig.tracker.snapshot().id.tolist()[:4]:
+        rig.tracker.forget(number)
+        rig.vanished.forget(number)
+    assert rig.sail(5.0, lambda rows: rows[4:]) == []
+
+
 def test_objects_that_leave_the_fan_do_not_vanish() -> None:
     rig = Rig([(north - 30.0, east) for north, east in PLACES])
     assert rig.sail(60.0) == []

@@ -81,16 +81,28 @@ class PoseSense:
             self.disagreement = self._motion.disagreement()
             self._motion = PoseMotion()
 
+    @property
+    def is_doubtful(self) -> bool:
+        """Places disagree with velocities, or do not change to the last digit, as those of an INS that hangs.
+
+        If what is static then seems to move, it is the place that is wrong.
+        """
+        return bool(self.disagreement) or self._still_s > STILL_S
+
+    @property
+    def _still_s(self) -> float:
+        if self._newest is None or self._settled is None:
+            return 0.0
+        return (self._newest.t_ns - self._settled.t_ns) / NS
+
     def reasons(self, now_ns: int) -> list[str]:
         """Return what is inconsistent now."""
         found = []
         if self._jump and now_ns - self._jumped_ns < REPORTED_S * NS:
             found.append(f"{self._jump}: objects seen before are at wrong positions now, and are dropped")
-        if self._newest is not None and self._settled is not None and self._way_m > STILL_M:
-            still_s = (self._newest.t_ns - self._settled.t_ns) / NS
-            if still_s > STILL_S:
-                way = f"its velocity makes {self._way_m:.1f} m"
-                found.append(f"the position of the INS has been constant for {still_s:.1f} s, although {way}")
+        if self._way_m > STILL_M and self._still_s > STILL_S:
+            way = f"its velocity makes {self._way_m:.1f} m"
+            found.append(f"the position of the INS has been constant for {self._still_s:.1f} s, although {way}")
         vague = 0.0 if self._newest is None else max(self._newest.sigma_attitude)
         if vague > VAGUE_RAD:
             sigma = f"{math.degrees(vague):.0f} deg"

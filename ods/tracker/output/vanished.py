@@ -98,6 +98,10 @@ class VanishedObjects:
         elif t_s - self._since_s > LONGEST_S or (t_s - self._since_s > HELD_S and self._sees_others()):
             self._vanished = ""
 
+    def forget(self, number: int) -> None:
+        """Expect an object no more: an operator has dropped it."""
+        self._objects.pop(number, None)
+
     def reasons(self) -> list[str]:
         """Return why the list is not valid for it."""
         return [f"{self._vanished} where they were: is the image another one, or the pose?"] if self._vanished else []
