@@ -147,3 +147,11 @@ def test_a_place_that_stands_still_to_the_last_digit_is_doubtful_though_no_speed
     assert sense.reasons(3 * NS) == []
     sense.receive(pose(300 * STEP_NS, (5.001, 0.0, 0.0), speed=0.0))
     assert not sense.is_doubtful
+
+
+@pytest.mark.parametrize(("roll", "pitch", "says"), [(180.0, 0.0, True), (-95.0, 0.0, True), (0.0, 60.0, False)])
+def test_a_vehicle_that_is_upside_down_is_reported(roll: float, pitch: float, says: bool) -> None:
+    attitude = from_euler(math.radians(roll), math.radians(pitch), 1.0)
+    sense, _ = received([msgspec.structs.replace(each, attitude=attitude) for each in course(10)])
+    assert [reason for reason in sense.reasons(STEP_NS) if "upside down" in reason] == sense.reasons(STEP_NS)
+    assert bool(sense.reasons(STEP_NS)) == says

@@ -103,6 +103,8 @@ class PoseSense:
         if self._way_m > STILL_M and self._still_s > STILL_S:
             way = f"its velocity makes {self._way_m:.1f} m"
             found.append(f"the position of the INS has been constant for {self._still_s:.1f} s, although {way}")
+        if self._newest is not None and rotated(self._newest.attitude, (0.0, 0.0, 1.0))[2] < 0.0:
+            found.append("the pose of the vehicle is upside down: is the INS mounted so, or an angle in another unit?")
         vague = 0.0 if self._newest is None else max(self._newest.sigma_attitude)
         if vague > VAGUE_RAD:
             sigma = f"{math.degrees(vague):.0f} deg"
