@@ -14,8 +14,8 @@ import pytest
 from ods.base import clock
 from ods.messages import frame_of
 from ods.runtime.service import Service
-from ods.sonar_link.s7k import records
 from ods.sonar_link.link import SonarLink
+from ods.sonar_link.s7k import records
 from ods.sonar_link.service import SonarWorker
 from ods.sonar_link.settings import SonarConfig, SonarSettings
 from tests.sonar_link.sonar_process import Process, running

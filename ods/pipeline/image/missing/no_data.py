@@ -67,8 +67,8 @@ def _stuck_beams(frame: AnyArray, first: int, top: float) -> Indices:
     rows = np.flatnonzero((few == value[:, None]).all(axis=1) & (value != top))
     if not rows.size:
         return rows
-    alike = (frame[rows, first:] == value[rows, None]).all(axis=1) & (value[rows] > frame[:, first:].min())
-    return rows[alike]
+    alike: Mask = (frame[rows, first:] == value[rows, None]).all(axis=1) & (value[rows] > frame[:, first:].min())
+    return np.asarray(rows[alike])
 
 
 def _loud_count(ping: Ping) -> float:
