@@ -14,7 +14,7 @@ ALL_DATA: Mask = np.zeros((0, 0), np.bool_)
 
 _LOUD_RATIO = 4.0
 """Mean amplitude of a block that is clearly above the lowest count: of speckle there, 5 % are 0."""
-PROBED = 16
+PROBED = 4
 """Samples of each beam by which most are known not to be alike."""
 _ENDS, _STREWN = 1, 2
 """Zeros that are no data: at the ends of beams, and strewn over the image."""
