@@ -155,3 +155,17 @@ def test_a_vehicle_that_is_upside_down_is_reported(roll: float, pitch: float, sa
     sense, _ = received([msgspec.structs.replace(each, attitude=attitude) for each in course(10)])
     assert [reason for reason in sense.reasons(STEP_NS) if "upside down" in reason] == sense.reasons(STEP_NS)
     assert bool(sense.reasons(STEP_NS)) == says
+
+
+@pytest.mark.parametrize(("degrees", "every", "says"), [(8.0, 2, True), (8.0, 100, False), (2.0, 2, False)])
+def test_an_attitude_that_goes_to_and_fro_is_of_two_inss(degrees: float, every: int, says: bool) -> None:
+    """Each step is less than a jump; a heading that is computed once a second makes one such step a second."""
+    turned = from_euler(0.0, 0.0, math.radians(degrees))
+    poses = course(300)
+    other = [msgspec.structs.replace(p, attitude=turned) if i // (every // 2) % 2 else p for i, p in enumerate(poses)]
+    sense, jumps = received(other)
+    assert not jumps
+    assert any("to and fro" in reason for reason in sense.reasons(other[-1].t_ns)) == says
+    for each in course(110, begin_ns=3 * NS):
+        sense.receive(each)
+    assert sense.reasons(3 * NS + 110 * STEP_NS) == []
