@@ -62,7 +62,7 @@ class _Asker(Generic[RequestT, AnswerT]):
         except zmq.Again:
             why = bus.hindrance(self._run_dir, self._row.name) or self._silence
             raise error(f"no answer from the {process} within {self._timeout_s:g} s{why}") from None
-        except msgspec.DecodeError as wrong:
+        except bus.UNDECODABLE as wrong:
             raise error(f"bad answer from the {process}: {wrong}") from None
         if not answer.ok:
             raise error(answer.reason)

@@ -18,6 +18,6 @@ def truths_beside(path: Path) -> dict[int, Truth]:
         return {}
     try:
         truths = [msgspec.json.decode(line, type=Truth) for line in content_of(file, MOST_BYTES // 10).splitlines()]
-    except (OSError, msgspec.MsgspecError) as error:
+    except (OSError, msgspec.MsgspecError, UnicodeDecodeError) as error:
         raise OdsError(f"{file}: {error}") from error
     return {truth.ping_number: truth for truth in truths}

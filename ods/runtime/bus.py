@@ -40,8 +40,8 @@ READABLE_REQUEST_BYTES = 4 * 1024 * 1024
 """Requests up to this size are answered with the reason; on longer ones ZeroMQ hangs up without a word."""
 REQUEST_QUEUE = 16
 """Requests that wait of each peer: what bounds the memory that long ones take."""
-UNDECODABLE = (msgspec.DecodeError, RecursionError)
-"""What decoding may raise: too deep a nesting is no DecodeError."""
+UNDECODABLE = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
+"""What decoding may raise: neither a text that is not UTF-8 nor too deep a nesting is a DecodeError."""
 LONGEST_SUBSCRIPTION_BYTES = 64
 SUBSCRIPTION_QUEUE = 16
 """The name of a topic, and how many wait of each peer. The publisher itself takes them in, while it publishes: 20 000

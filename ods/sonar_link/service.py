@@ -92,16 +92,17 @@ class SonarWorker(Worker[SonarConfig]):
         return self._link.faults + silence + self._protocol.problems(now)
 
     def _lost(self) -> str:
-        """Return what came in place of pings since the newest one; '' where it was nothing.
+        """Return what came in place of pings since the newest one, or that the computer is overloaded; '' if neither.
 
-        Of an overloaded computer it is said first: the line's buffers run over.
+        The overload hides no other cause: the list has both.
         """
         if self._link.fd is None:  # its fault says why
             return ""
-        if overload := self.service.overload():
-            return f": {overload}"
         lost = LOSSES & (self._counters - self._counted_by_then).keys()
-        return f", though other data arrive: {', '.join(sorted(lost))}" if lost else ""
+        if lost:
+            return f", though other data arrive: {', '.join(sorted(lost))}"
+        overload = self.service.overload()
+        return f": {overload}" if overload else ""
 
     def stop(self) -> None:
         """Close the port."""

@@ -32,6 +32,7 @@ from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.output.standpoint import pose_at
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import InputMonitor
+from ods.tracker.output.vanished import VanishedObjects
 from ods.tracker.restart.checkpoint import Mission
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
@@ -84,6 +85,7 @@ class MissionTracker:
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._pose_sense = PoseSense()
         self._common_errors = CommonErrors()
+        self._vanished = VanishedObjects()
         self._jumps_ns: list[int] = []
         """Of the pose, behind the newest ping."""
         self._poses_until, self._poses_heard = -1, 0
@@ -188,6 +190,7 @@ class MissionTracker:
         if sent is not None:
             motion = Motion(sent.velocity_ned[:2], 0.5 * scan.fan_turn * message.sound_speed)
             self._common_errors.look(snapshot, scan, motion)
+            self._vanished.look(snapshot, scan)
             seen = seen_from(sent, message.detections, scan.fan_turn, message.sound_speed)
             self._outlines.look(snapshot, seen, sent, utc_ns)
         self._half_vertical = message.sector.half_vertical_rad
@@ -212,6 +215,7 @@ class MissionTracker:
             self._lister.end(self.tracker.begin_again())
             self.vetoes.end_all("the pose jumped")
             self._common_errors.begin_again()
+            self._vanished.begin_again()
             self._inputs.begin_again(message.t_ns, "the pose jumped")
         self._jumps_ns = self._jumps_ns[len(passed) :]
         speed = message.sound_speed or SLOWEST
@@ -232,6 +236,7 @@ class MissionTracker:
             if forgotten is None:
                 raise RefusedError(f"no obstacle {request.id}")
             self._lister.end(forgotten)
+            self._vanished.forget(request.id)
             self._present = [each for each in self._present if each.id != request.id]
             return [request.id]
         return []
@@ -270,7 +275,7 @@ class MissionTracker:
         reasons += self._pose_sense.reasons(now_ns)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
         bottom = bottom_below(pose)
-        reasons += self._common_errors.reasons()
+        reasons += self._common_errors.reasons(convoy=not self._pose_sense.is_doubtful) + self._vanished.reasons()
         hittable = self._hittable.of(self._common_errors.widened(snapshot), bottom, self._view(t_ns, pose))
         centre = None if self._vehicle is None else self._vehicle.position
         nearest = self._outlines.covering(hittable.snapshot.nearest(self.settings.planner.most_listed, centre))

@@ -229,6 +229,26 @@ def test_gaps_are_known_in_rings_of_attention_and_averaged_samples() -> None:
     assert find_in_speckle(chain, cut_short, 24, True) <= 8
 
 
+@pytest.mark.parametrize("value", [1, 77, 254])
+@pytest.mark.parametrize("dtype", ["u1", "<f4"])
+def test_beams_that_are_stuck_at_one_value_are_unseen(value: int, dtype: str) -> None:
+    chain, rng = Chain(PipelineSettings()), np.random.default_rng(3)
+    stuck = one_side_dead(rng)
+    for number in range(3):
+        counts = np.where(stuck, value, counts_of(rng, np.zeros(SHAPE, np.bool_))).astype(dtype)
+        found = chain.process(make_ping(counts, seq=number))
+        assert found.unseen_why == "no data in 50% of the image"
+        assert {each.why for each in found.unseen} == {"no data"}
+        assert not [each for each in found.detections if each.bearing_rad < 0.0]
+
+
+def test_beams_that_show_nothing_over_the_sonar_s_threshold_are_data() -> None:
+    rng = np.random.default_rng(3)
+    counts = np.maximum(counts_of(rng, np.zeros(SHAPE, np.bool_)), 60)
+    counts[::2] = 60
+    assert not samples_without_data(make_ping(counts), counts, 0).any()
+
+
 @pytest.mark.parametrize("run", [(60, 0, 5), (-1, 0, 5), (0, 5, 5), (0, 5, 2001), (0, -1, 5)])
 def test_runs_that_the_ping_does_not_have_are_refused(run: tuple[int, int, int]) -> None:
     counts = counts_of(np.random.default_rng(1), np.zeros(SHAPE, np.bool_))

@@ -16,6 +16,8 @@ from ods.runtime.run_dir import RunDirError
 Context = zmq.Context[zmq.Socket[bytes]]
 NESTED = b"\x81\xa1x" + b"\x91" * 60_000 + b"\xc0"
 """An unknown field, nested too deep to be skipped."""
+NO_TEXT = b"\x81\xa2\xec\xec\x01"
+"""A field whose name is not UTF-8."""
 
 
 @pytest.fixture
@@ -64,6 +66,18 @@ def test_bad_messages_are_dropped_and_counted(context: Context, tmp_path: Path) 
     received, _ = subscriber.receive(1.0)
     assert [message.seq for _, message in received] == [5]
     assert subscriber.subscriptions[0].counters["bad_pose"] == 6
+
+
+def test_a_text_that_is_not_utf_8_ends_no_process_that_reads_it(context: Context, tmp_path: Path) -> None:
+    publisher = bus.Publisher(context, tmp_path, "nav")
+    subscriber = bus.Subscriber(context, tmp_path, ["pose"], health_of=["nav"])
+    connected(publisher, subscriber)
+    publisher._socket.send_multipart([b"health", b"\x81\xa7process\xa2\xec\xec"])
+    publisher.publish("pose", pose(5))
+    time.sleep(0.1)
+    received, _ = subscriber.receive(1.0)
+    assert [message.seq for _, message in received] == [5]
+    assert [each.counters for each in subscriber.subscriptions] == [{}, {"bad_health": 1}]
 
 
 def test_garbage_subscriptions_hold_up_nothing_that_is_published(context: Context, tmp_path: Path) -> None:
@@ -156,6 +170,7 @@ def test_a_responder_answers_in_any_order_and_never_blocks_for_one_that_has_gone
     [
         (b"\xc1", "bad request: "),
         (NESTED, "bad request: "),
+        (NO_TEXT, "bad request: "),
         (bytes(1_000_000), f"bad request: 1000000 bytes are more than {bus.LONGEST_REQUEST_BYTES}"),
         (bytes(bus.LONGEST_REQUEST_BYTES + 1), "bad request: "),
         *(

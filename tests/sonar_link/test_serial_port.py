@@ -62,6 +62,25 @@ def _tries(port: SerialPort, ms: int) -> bool:
     return port.counters["port_open_errors"] > before
 
 
+def test_why_a_port_is_not_open_is_logged_once_and_that_data_arrive_again(
+    link: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level("INFO")
+    port = make_port(link)
+    for ms in range(3000):
+        port.open_if_due(ms * MS)
+    assert caplog.messages == [f"{link}: no such file or directory; trying again"]
+    device = Device(link)
+    assert port.open_if_due(6000 * MS)
+    os.write(device.master, b"x")
+    assert port.read(6000 * MS) == b"x"
+    assert caplog.messages[1:] == [f"{link}: data arrive again"]
+    device.unplug()
+    assert port.read(6000 * MS) == b""
+    assert len(caplog.messages) == 3
+    assert caplog.messages[2].endswith("; trying again")
+
+
 def test_a_vanished_path_and_a_replaced_device_are_noticed_without_a_read_error(device: Device) -> None:
     port = make_port(device.link)
     port.open_if_due(0)

@@ -14,6 +14,7 @@ import pytest
 from ods.base import clock
 from ods.messages import frame_of
 from ods.runtime.service import Service
+from ods.sonar_link.link import SonarLink
 from ods.sonar_link.s7k import records
 from ods.sonar_link.service import SonarWorker
 from ods.sonar_link.settings import SonarConfig, SonarSettings
@@ -89,3 +90,15 @@ def test_a_port_that_cannot_be_opened_is_not_blamed_on_an_overloaded_computer(tm
     worker.tick()
     worker._newest_ns -= 5 * clock.NS
     assert worker.problems() == [f"{tmp_path}/seabat: no such file or directory", "no ping for 5.0 s"]
+
+
+def test_an_overloaded_computer_does_not_hide_that_records_cannot_be_used(tmp_path: Path) -> None:
+    service = SimpleNamespace(
+        counters=Counter(), publish=lambda *_: None, answer=None, overload=lambda: "the computer is overloaded"
+    )
+    worker = SonarWorker(cast(Service, service), SonarConfig(sonar=SonarSettings(port=str(tmp_path / "seabat"))))
+    worker._link = cast(SonarLink, SimpleNamespace(fd=0, faults=[]))
+    worker._newest_ns -= 5 * clock.NS
+    assert worker.problems() == ["no ping for 5.0 s: the computer is overloaded"]
+    worker._counters["bad_settings"] += 1
+    assert worker.problems() == ["no ping for 5.0 s, though other data arrive: bad_settings"]

@@ -184,6 +184,13 @@ def test_a_list_is_valid_up_to_a_limit_and_movers_alike_may_be_a_convoy(wrong: W
     assert bool(errors.reasons()) == not_valid
 
 
+@pytest.mark.parametrize(("drift", "not_valid"), [((0.6, 0.6), True), ((0.2, 0.2), False)])
+def test_movers_alike_are_no_convoy_where_the_poses_are_doubtful(drift: tuple[float, float], not_valid: bool) -> None:
+    errors = after(World(), Wrong(drift=drift))
+    assert not errors.reasons()
+    assert bool(errors.reasons(convoy=False)) == not_valid
+
+
 @pytest.mark.parametrize("wrong", [Wrong(yaw=math.radians(90.0)), Wrong(scale=2.28)])
 def test_what_all_moves_faster_than_the_vehicle_is_no_convoy(wrong: Wrong) -> None:
     """The heading is far off, or ranges are in feet."""

@@ -136,3 +136,36 @@ def test_a_jump_is_no_wrong_unit() -> None:
     sense, jumps = received(course(600) + course(1200, begin_ns=6 * NS, ahead_m=100.0))
     assert jumps
     assert sense.disagreement == ""
+
+
+def test_a_place_that_stands_still_to_the_last_digit_is_doubtful_though_no_speed_is_reported() -> None:
+    poses = [pose(i * STEP_NS, (5.0, 0.0, 0.0), yaw=0.001 * i, speed=0.0) for i in range(300)]
+    sense, _ = received(poses[:150])
+    assert not sense.is_doubtful
+    sense, _ = received(poses)
+    assert sense.is_doubtful
+    assert sense.reasons(3 * NS) == []
+    sense.receive(pose(300 * STEP_NS, (5.001, 0.0, 0.0), speed=0.0))
+    assert not sense.is_doubtful
+
+
+@pytest.mark.parametrize(("roll", "pitch", "says"), [(180.0, 0.0, True), (-95.0, 0.0, True), (0.0, 60.0, False)])
+def test_a_vehicle_that_is_upside_down_is_reported(roll: float, pitch: float, says: bool) -> None:
+    attitude = from_euler(math.radians(roll), math.radians(pitch), 1.0)
+    sense, _ = received([msgspec.structs.replace(each, attitude=attitude) for each in course(10)])
+    assert [reason for reason in sense.reasons(STEP_NS) if "upside down" in reason] == sense.reasons(STEP_NS)
+    assert bool(sense.reasons(STEP_NS)) == says
+
+
+@pytest.mark.parametrize(("degrees", "every", "says"), [(8.0, 2, True), (8.0, 100, False), (2.0, 2, False)])
+def test_an_attitude_that_goes_to_and_fro_is_of_two_inss(degrees: float, every: int, says: bool) -> None:
+    """Each step is less than a jump; a heading that is computed once a second makes one such step a second."""
+    turned = from_euler(0.0, 0.0, math.radians(degrees))
+    poses = course(300)
+    other = [msgspec.structs.replace(p, attitude=turned) if i // (every // 2) % 2 else p for i, p in enumerate(poses)]
+    sense, jumps = received(other)
+    assert not jumps
+    assert any("to and fro" in reason for reason in sense.reasons(other[-1].t_ns)) == says
+    for each in course(110, begin_ns=3 * NS):
+        sense.receive(each)
+    assert sense.reasons(3 * NS + 110 * STEP_NS) == []

@@ -141,6 +141,17 @@ def test_after_a_turn_of_the_pose_no_valid_list_has_an_object_of_before(chain: C
         assert not message.valid or len(sides) == 1
 
 
+def test_port_and_starboard_that_are_exchanged_at_rest_are_reported_within_a_second(chain: Chain) -> None:
+    chain.echoes = [(50.0, -0.2), (58.0, 0.15), (66.0, -0.3), (75.0, 0.25)]
+    for _ in range(20):
+        chain.until(lambda message: message.valid and len(message.obstacles) == 4)
+    chain.echoes = [(range_m, -bearing) for range_m, bearing in chain.echoes]
+    begun_ns = clock.monotonic_ns()
+    message = chain.until(says("of 4 static objects are not seen any more where they were"))
+    assert message.t_ns - begun_ns < 1.2 * NS
+    chain.until(lambda message: message.valid)
+
+
 def test_a_heading_that_drifts_at_rest_is_said_with_its_rate_and_the_list_is_not_valid(chain: Chain) -> None:
     chain.echoes = [(40.0, 0.0), (60.0, 0.3), (30.0, -0.3), (80.0, 0.1)]
     chain.until(lambda m: m.valid and len(m.obstacles) == 4 and min(o.times_seen for o in m.obstacles) > 20)

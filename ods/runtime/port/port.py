@@ -6,6 +6,7 @@ with every failure, up to a limit, until data have come. No clock and no thread:
 """
 
 import errno
+import logging
 import termios
 from abc import ABC, abstractmethod
 from collections import Counter
@@ -14,6 +15,8 @@ from enum import Enum
 from ods.base.clock import NS
 from ods.base.errors import reason_of
 from ods.runtime.port.backoff import Backoff
+
+log = logging.getLogger(__name__)
 
 PORT_READ_BYTES = 65536
 ERRORS = (OSError, ValueError, termios.error)
@@ -37,6 +40,8 @@ class Port(ABC):
         self.counters: Counter[str] = Counter() if counters is None else counters
         self.fault = f"{name}: not opened yet"
         """Why the port is not open, in plain words; '' when it is."""
+        self._logged = ""
+        """The fault that was logged last, until data have come."""
         self._name = name
         self._backoff = Backoff(*pauses_s)
         self._due_ns = 0
@@ -80,6 +85,9 @@ class Port(ABC):
         if data:
             self._received_ns = now_ns
             self._backoff.worked()
+            if self._logged:
+                self._logged = ""
+                log.info("%s: data arrive again", self._name)
         return data
 
     def write(self, data: bytes, now_ns: int) -> bool:
@@ -144,3 +152,6 @@ class Port(ABC):
         locked = isinstance(error, OSError) and error.errno == errno.EAGAIN
         self.fault = f"{self._name}: {'in use by another program' if locked else reason_of(error)}"
         self._due_ns = now_ns + round(self._backoff.failed() * NS)
+        if self.fault != self._logged:
+            self._logged = self.fault
+            log.warning("%s; trying again", self.fault)

@@ -76,10 +76,10 @@ class Finding(NamedTuple):
         """Of it."""
         return float(np.linalg.norm(self.fit.sigma[: len(self.cause.judged)]))
 
-    @property
-    def is_too_much(self) -> bool:
-        """The list is not valid with it."""
-        return abs(self.value) - SURELY * self.sigma > self.cause.limit
+    def is_too_much(self, convoy: bool) -> bool:
+        """Return whether the list is not valid with it; convoy: what moves alike may be one."""
+        limit = NO_CONVOY if self.cause is DRIFT and not convoy else self.cause.limit
+        return abs(self.value) - SURELY * self.sigma > limit
 
     def __str__(self) -> str:
         """Say it in plain words."""
@@ -134,6 +134,8 @@ def _far_off(value: float, sigma: float) -> str:
 
 DRIFT = Cause((NORTH, EAST), (), 0.1, math.inf, 5.0, _drift)
 """Movers alike may be a convoy, or buoys in a current."""
+NO_CONVOY = 0.5
+"""The limit, m/s, where the poses themselves are doubtful."""
 FAR_OFF = Cause((YAW, SCALE), (), 0.9, 1.0, 5.0, _far_off)
 """A heading and a scale of any size. Only a heading off by more than 60 degrees, or a range in another unit, makes what
 is static faster than the vehicle."""
@@ -165,9 +167,11 @@ def explanations(reduced: Reduced, causes: tuple[Cause, ...]) -> list[Finding]:
     return [each for each in certain if each.fit.gain >= ALIKE * certain[0].fit.gain]
 
 
-def too_much(found: list[Finding]) -> list[str]:
-    """Return why a list is not valid for the errors that may be, best first."""
-    return [str(each) for each in found if each.is_too_much and each.fit.gain >= NO_LESS * found[0].fit.gain][:1]
+def too_much(found: list[Finding], convoy: bool) -> list[str]:
+    """Return why a list is not valid for the errors that may be, best first; convoy: see `Finding.is_too_much`."""
+    return [str(each) for each in found if each.is_too_much(convoy) and each.fit.gain >= NO_LESS * found[0].fit.gain][
+        :1
+    ]
 
 
 def estimate(reduced: Reduced, cause: Cause) -> Finding | None:

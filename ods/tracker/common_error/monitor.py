@@ -84,9 +84,9 @@ class CommonErrors:
         """Return the likely error, as text; "" if there is none."""
         return "; or ".join(map(str, self._findings))
 
-    def reasons(self) -> list[str]:
-        """Return why the list is not valid for it."""
-        return too_much(self._findings)
+    def reasons(self, *, convoy: bool = True) -> list[str]:
+        """Return why the list is not valid for it; convoy: what seems to drift may be one, as the poses make sense."""
+        return too_much(self._findings, convoy)
 
     def widened(self, snapshot: Snapshot) -> Snapshot:
         """Return live objects with what is known to be wrong with their places in their covariance."""

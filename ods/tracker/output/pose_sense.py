@@ -6,6 +6,7 @@ before a jump lie elsewhere for the poses after it.
 """
 
 import math
+from collections import deque
 
 from ods.base.clock import NS
 from ods.base.frames.quaternion import rotated
@@ -23,6 +24,9 @@ JUMP_RAD = math.radians(10.0)
 """Attitudes may differ by so much, five standard deviations of each,"""
 FASTEST_TURN = math.radians(180.0)
 """and so much a second."""
+FLICKER_RAD, FLICKER_SIGMAS, FLICKERS = math.radians(2.0), 3.0, 5
+"""Attitudes that differ by so much more than noise and FASTEST_TURN explain, this many times within REPORTED_S, are of
+two INSs, or of a disturbed compass. A heading that is computed once a second makes such steps, but fewer."""
 SIGMAS = 5.0
 REPORTED_S = 1.0
 """Time for which a jump is reported, s. Objects tracked before are dropped (mission.py), and confirmed again by
@@ -46,6 +50,7 @@ class PoseSense:
         """and the way by the velocity since."""
         self._jump = ""
         self._jumped_ns = 0
+        self._flickers_ns: deque[int] = deque(maxlen=FLICKERS)
         self._motion = PoseMotion()
         self.disagreement = ""
         """How positions and velocities differ, "" where they do not: then obstacles are at their reported positions,
@@ -64,6 +69,8 @@ class PoseSense:
         jump = _jump_of_place(settled, pose) or _jump_of_attitude(before, pose)
         if jump:
             self._jump, self._jumped_ns = jump, pose.t_ns
+        if turn_between(before, pose) > FLICKER_RAD + _explained_turn(before, pose, FLICKER_SIGMAS):
+            self._flickers_ns.append(pose.t_ns)
         if pose.position_ned == settled.position_ned:
             self._way_m += math.hypot(*pose.velocity_body) * (pose.t_ns - before.t_ns) / NS
         else:
@@ -81,16 +88,32 @@ class PoseSense:
             self.disagreement = self._motion.disagreement()
             self._motion = PoseMotion()
 
+    @property
+    def is_doubtful(self) -> bool:
+        """Places disagree with velocities, or do not change to the last digit, as those of an INS that hangs.
+
+        If what is static then seems to move, it is the place that is wrong.
+        """
+        return bool(self.disagreement) or self._still_s > STILL_S
+
+    @property
+    def _still_s(self) -> float:
+        if self._newest is None or self._settled is None:
+            return 0.0
+        return (self._newest.t_ns - self._settled.t_ns) / NS
+
     def reasons(self, now_ns: int) -> list[str]:
         """Return what is inconsistent now."""
         found = []
         if self._jump and now_ns - self._jumped_ns < REPORTED_S * NS:
             found.append(f"{self._jump}: objects seen before are at wrong positions now, and are dropped")
-        if self._newest is not None and self._settled is not None and self._way_m > STILL_M:
-            still_s = (self._newest.t_ns - self._settled.t_ns) / NS
-            if still_s > STILL_S:
-                way = f"its velocity makes {self._way_m:.1f} m"
-                found.append(f"the position of the INS has been constant for {still_s:.1f} s, although {way}")
+        if self._way_m > STILL_M and self._still_s > STILL_S:
+            way = f"its velocity makes {self._way_m:.1f} m"
+            found.append(f"the position of the INS has been constant for {self._still_s:.1f} s, although {way}")
+        if len(self._flickers_ns) == FLICKERS and now_ns - self._flickers_ns[0] < REPORTED_S * NS:
+            found.append("the attitude goes to and fro from pose to pose: two INSs, or a disturbed compass?")
+        if self._newest is not None and rotated(self._newest.attitude, (0.0, 0.0, 1.0))[2] < 0.0:
+            found.append("the pose of the vehicle is upside down: is the INS mounted so, or an angle in another unit?")
         vague = 0.0 if self._newest is None else max(self._newest.sigma_attitude)
         if vague > VAGUE_RAD:
             sigma = f"{math.degrees(vague):.0f} deg"
@@ -111,7 +134,12 @@ def _jump_of_place(earlier: Pose, later: Pose) -> str:
 def _jump_of_attitude(earlier: Pose, later: Pose) -> str:
     seconds = (later.t_ns - earlier.t_ns) / NS
     turn = turn_between(earlier, later)
-    sigma = max(earlier.sigma_attitude) + max(later.sigma_attitude)
-    if turn <= JUMP_RAD + SIGMAS * sigma + FASTEST_TURN * seconds:
+    if turn <= JUMP_RAD + _explained_turn(earlier, later, SIGMAS):
         return ""
     return f"the pose turned by {math.degrees(turn):.0f} deg within {seconds:.2f} s"
+
+
+def _explained_turn(earlier: Pose, later: Pose, sigmas: float) -> float:
+    """Return by how much attitudes may differ by noise of so many sigmas and by a turn of the vehicle, rad."""
+    sigma = max(earlier.sigma_attitude) + max(later.sigma_attitude)
+    return sigmas * sigma + FASTEST_TURN * (later.t_ns - earlier.t_ns) / NS

@@ -10,6 +10,7 @@ import msgspec
 import ods
 from ods.base.clock import NS
 from ods.base.settings import Settings
+from ods.runtime.bus import UNDECODABLE
 from ods.runtime.state_files.kept_file import KeptFile, KeptFileError
 from ods.runtime.state_files.kept_writer import KeptWriter
 from ods.tracker.map.map_object import MapObject
@@ -105,7 +106,7 @@ class Checkpoints:
         """Return what a former tracker left; where to go on only if it was at work within the last `within_s`."""
         try:
             checkpoint = _decoded(self._file, Checkpoint)
-        except (KeptFileError, msgspec.DecodeError) as error:
+        except (KeptFileError, *UNDECODABLE) as error:
             self._complain("checkpoint_unusable", f"starting without a checkpoint: {error}")
             return PreviousState(lost=True)
         if checkpoint is None:
@@ -126,7 +127,7 @@ class Checkpoints:
             return []
         try:
             base = _decoded(self._base_files[number % 2], Base)
-        except (KeptFileError, msgspec.DecodeError) as error:
+        except (KeptFileError, *UNDECODABLE) as error:
             self._complain("checkpoint_unusable", f"objects of the map are those of its file: {error}")
             return []
         return base.objects if base is not None and base.number == number else []
@@ -149,6 +150,6 @@ class Checkpoints:
 
 
 def _decoded(file: KeptFile, kind: type[KindT]) -> KindT | None:
-    """Raises KeptFileError and DecodeError."""
+    """Raises KeptFileError and what is in UNDECODABLE."""
     content = file.read()
     return None if content is None else msgspec.msgpack.decode(content, type=kind)

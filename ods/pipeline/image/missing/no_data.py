@@ -4,15 +4,18 @@ import math
 
 import numpy as np
 
-from ods.base.arrays import AnyArray, Mask
+from ods.base.arrays import AnyArray, Indices, Mask
 from ods.compiled import native
 from ods.messages import Ping
+from ods.pipeline.image.samples.amplitude import FULL_SCALE
 
 ALL_DATA: Mask = np.zeros((0, 0), np.bool_)
 """Stands for a mask (beams, samples) in which nothing is marked."""
 
 _LOUD_RATIO = 4.0
 """Mean amplitude of a block that is clearly above the lowest count: of speckle there, 5 % are 0."""
+PROBED = 4
+"""Samples of each beam by which most are known not to be alike."""
 _ENDS, _STREWN = 1, 2
 """Zeros that are no data: at the ends of beams, and strewn over the image."""
 
@@ -38,20 +41,34 @@ def samples_without_data(ping: Ping, frame: AnyArray, first: int) -> Mask:
 
 
 def _found(ping: Ping, frame: AnyArray, first: int) -> Mask:
-    """Return what the samples themselves say. Logarithms of floats have no value that stands for silence."""
-    if ping.dtype == "f4" and ping.scale != "linear":
-        return ALL_DATA
+    """Return what the samples themselves say."""
+    stuck = _stuck_beams(frame, first, FULL_SCALE[ping.dtype])
     starts = np.empty(len(frame), np.int64)
-    found = native.find_gaps(frame, first, _loud_count(ping), starts)
-    if not found:
+    # logarithms of floats have no value that stands for silence
+    silence = ping.dtype != "f4" or ping.scale == "linear"
+    found = native.find_gaps(frame, first, _loud_count(ping), starts) if silence else 0
+    if not found and not stuck.size:
         return ALL_DATA
     mask = np.zeros(frame.shape, np.bool_)
+    mask[stuck] = True
     if found & _STREWN:
         np.equal(frame[:, first:], 0, out=mask[:, first:])
     if found & _ENDS:
         for row, start in zip(mask, starts.tolist(), strict=True):
             row[start:] = True
     return mask
+
+
+def _stuck_beams(frame: AnyArray, first: int, top: float) -> Indices:
+    """Return the beams that show one value all along, where it is not the image's lowest, which may be silence, nor
+    full scale, which is saturation."""
+    value = frame[:, first]
+    few = frame[:, first :: max(1, (frame.shape[1] - first) // PROBED)]
+    rows = np.flatnonzero((few == value[:, None]).all(axis=1) & (value != top))
+    if not rows.size:
+        return rows
+    alike: Mask = (frame[rows, first:] == value[rows, None]).all(axis=1) & (value[rows] > frame[:, first:].min())
+    return np.asarray(rows[alike])
 
 
 def _loud_count(ping: Ping) -> float:

@@ -47,7 +47,7 @@ def kept(exhibit: Exhibit, base: State, folder: Path) -> Result | None:
     """Return a result that is there already; None: it has to be made. At once."""
     try:
         result = msgspec.json.decode(content_of(folder / f"{_stem(exhibit, base)}.json"), type=ExhibitResult)
-    except (OSError, msgspec.MsgspecError):
+    except (OSError, msgspec.MsgspecError, UnicodeDecodeError):
         return None
     pictures = [folder / Path(name).name for name in result.pictures]
     return Result(result.facts, pictures) if all(file.is_file() for file in pictures) else None

@@ -1,0 +1,150 @@
+"""Static objects that vanish together are reported within a second, whatever has happened to the image."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from ods.base.frames.geometry import quat_from_euler
+from ods.tracker.measurement.scan import Scan, vehicle_at
+from ods.tracker.output.vanished import HELD_S, LONGEST_S, VanishedObjects
+from ods.tracker.settings import TrackerSettings
+from ods.tracker.tracker import Tracker
+from tests.tracker.samples import HALF_FOV, NO_SIGMA, RANGE_MAX_M, RATE_HZ, SECTOR, echoes
+
+Rows = list[tuple[float, float]]
+PLACES = [(50.0, -12.0), (56.0, 9.0), (62.0, -20.0), (70.0, 16.0), (75.0, -3.0)]
+"""North, east, m."""
+FAULT_S, SPEED = 6.0, 1.0
+
+
+class Rig:
+    """A vehicle that goes north past static objects; each ping shows what `sees` makes of their ranges and bearings."""
+
+    def __init__(self, places: Rows = PLACES) -> None:
+        self.tracker, self.vanished = Tracker(TrackerSettings()), VanishedObjects()
+        self.places = places
+        self.number = 0
+        self.pitch, self.usable = 0.0, True
+
+    def sail(self, seconds: float, sees: Callable[[Rows], Rows] = list) -> list[float]:
+        """Return the times, since the call, of the pings with which something is reported."""
+        reported = []
+        begun = self.number
+        while self.number - begun < seconds * RATE_HZ:
+            self._ping(sees)
+            if self.vanished.reasons():
+                reported.append((self.number - begun) / RATE_HZ)
+        return reported
+
+    def _ping(self, sees: Callable[[Rows], Rows]) -> None:
+        t_s = self.number / RATE_HZ
+        self.number += 1
+        north = SPEED * t_s
+        polar = [(math.hypot(n - north, e), math.atan2(e, n - north)) for n, e in self.places]
+        rows = [(r, b, 1.0) for r, b in sees(polar) if r < RANGE_MAX_M and abs(b) < HALF_FOV]
+        attitude = quat_from_euler(0.0, self.pitch, 0.0)
+        vehicle = vehicle_at(np.array([north, 0.0, 4.0]), attitude, NO_SIGMA, NO_SIGMA)
+        scan = Scan(round(t_s * 1e9), round(t_s * 1e9), vehicle, SECTOR, echoes(rows), self.usable)
+        self.tracker.step(scan)
+        self.vanished.look(self.tracker.snapshot(), scan)
+
+
+def nothing(_: Rows) -> Rows:
+    return []
+
+
+def mirrored(rows: Rows) -> Rows:
+    return [(r, -b) for r, b in rows]
+
+
+def shifted_by_five_metres(rows: Rows) -> Rows:
+    return [(r + 5.0, b) for r, b in rows]
+
+
+def ten_percent_longer(rows: Rows) -> Rows:
+    return [(1.1 * r, b) for r, b in rows]
+
+
+def turned_by_eight_degrees(rows: Rows) -> Rows:
+    return [(r, b + math.radians(8.0)) for r, b in rows]
+
+
+@pytest.mark.parametrize(
+    "sees", [nothing, mirrored, shifted_by_five_metres, ten_percent_longer, turned_by_eight_degrees]
+)
+def test_objects_that_vanish_together_are_reported_within_a_second(sees: Callable[[Rows], Rows]) -> None:
+    rig = Rig()
+    assert rig.sail(FAULT_S) == []
+    reported = rig.sail(HELD_S, sees)
+    assert 0.3 < reported[0] <= 1.0
+    assert reported[-1] == pytest.approx(HELD_S, abs=0.2)  # without a gap
+    assert len(reported) == pytest.approx((HELD_S - reported[0]) * RATE_HZ, abs=2)
+    (reason,) = rig.vanished.reasons()
+    assert "of 5 static objects are not seen any more where they were" in reason
+
+
+def test_it_is_reported_until_others_are_seen_and_no_longer_than_half_a_minute() -> None:
+    rig = Rig()
+    rig.sail(FAULT_S)
+    assert rig.sail(HELD_S + 2.0, nothing)[-1] > HELD_S + 1.0
+    rig.places = [(n + 25.0, e) for n, e in PLACES]
+    rig.sail(4.0)
+    assert not rig.vanished.reasons()
+
+    rig = Rig()
+    rig.sail(FAULT_S)
+    assert LONGEST_S < rig.sail(LONGEST_S + 5.0, nothing)[-1] < LONGEST_S + 3.0
+
+
+def test_echoes_that_fail_now_and_then_and_one_object_that_hides_are_nothing() -> None:
+    rng = np.random.default_rng(1)
+    rig = Rig()
+    assert rig.sail(10.0, lambda rows: [row for row in rows if rng.random() < 0.9]) == []
+    assert rig.sail(10.0, lambda rows: rows[1:]) == []
+
+
+def test_objects_that_an_operator_drops_do_not_vanish() -> None:
+    rig = Rig()
+    rig.sail(FAULT_S)
+    for number in rig.tracker.snapshot().id.tolist()[:4]:
+        rig.tracker.forget(number)
+        rig.vanished.forget(number)
+    assert rig.sail(5.0, lambda rows: rows[4:]) == []
+
+
+def test_objects_that_leave_the_fan_do_not_vanish() -> None:
+    rig = Rig([(north - 30.0, east) for north, east in PLACES])
+    assert rig.sail(60.0) == []
+
+
+@pytest.mark.parametrize("degrees", [-15.0, 15.0])
+def test_a_vehicle_that_dives_or_climbs_loses_them_by_itself(degrees: float) -> None:
+    rig = Rig()
+    rig.sail(FAULT_S)
+    rig.pitch = math.radians(degrees)
+    assert rig.sail(5.0, nothing) == []
+
+
+def test_images_that_show_nothing_are_reported_elsewhere() -> None:
+    rig = Rig()
+    rig.sail(FAULT_S)
+    rig.usable = False
+    assert rig.sail(5.0, nothing) == []
+
+
+def test_after_a_jump_of_the_pose_all_begins_again() -> None:
+    rig = Rig()
+    rig.sail(FAULT_S)
+    rig.sail(1.0, mirrored)
+    assert rig.vanished.reasons()
+    rig.vanished.begin_again()
+    assert not rig.vanished.reasons()
+
+
+def test_with_slow_pings_nothing_is_certain() -> None:
+    rig = Rig()
+    rig.sail(FAULT_S)
+    rig.number += round(RATE_HZ)
+    assert rig.sail(1.0, mirrored) == []
