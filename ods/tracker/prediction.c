@@ -3,7 +3,6 @@
 #include "ods/tracker/existence/evidence.h"
 #include "ods/tracker/existence/lifecycle.h"
 #include "ods/tracker/measurement/model.h"
-#include "ods/tracker/track/tracks.h"
 
 /* A silent object whose place is less certain than this, m, is vague. */
 #define VAGUE_M 1.0

@@ -9,8 +9,7 @@ from ods.tracker.association.hypotheses.clutter import Clutter
 from ods.tracker.association.match import match_scan
 from ods.tracker.association.registry import association_of
 from ods.tracker.existence import lifecycle
-from ods.tracker.existence.coherence import Coherence
-from ods.tracker.existence.evidence import ClutterStatistics
+from ods.tracker.existence.evidence import ClutterStatistics, Coherence
 from ods.tracker.life.judgement import judge
 from ods.tracker.life.management import Outcome, TrackManager
 from ods.tracker.map.map_object import MapObject
@@ -101,18 +100,17 @@ class Tracker:
             return Outcome()
         tracks.mark_unobserved(since_ns * scan.skipped_pings // (scan.skipped_pings + 1))
         self._scans += 1
+        births = self._births(since_ns / NS)
         vehicle = self._pose_noise.take(vehicle, scan.t_ns)
         self._manager.wake(tracks, scan, vehicle)
         prediction = predict_scan(tracks, scan, vehicle, settings)
         tracks.mark_unobserved(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
         match = match_scan(scan, prediction, self._clutter, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
-        weight = self._coherence.weight(scan.echoes)
-        judged = judge(tracks, prediction, match, self._clutter_statistics, scan, weight, settings)
+        judged = judge(tracks, prediction, match, self._clutter_statistics, self._coherence, scan, settings)
         outcome = self._manager.manage(tracks, judged, prediction, scan.utc_ns)
         if match.unexplained is not None:
-            births = self._births(since_ns / NS)
-            tracks.start(match.unexplained, scan, births, match.new, self._clutter_statistics)
+            tracks.start(match.unexplained, scan, match.rest, births, match.density, self._clutter_statistics)
         return outcome
 
     def _births(self, since_s: float) -> float:

@@ -11,7 +11,7 @@ from ods.tracker.association.hypotheses import gating
 from ods.tracker.association.hypotheses.clutter import Clutter, ClutterDensity
 from ods.tracker.association.hypotheses.gating import Detectability
 from ods.tracker.association.registry import Association
-from ods.tracker.existence.evidence import NewTrackEvidence, ScanEvidence
+from ods.tracker.existence.evidence import ScanEvidence
 from ods.tracker.measurement.coverage.cut_off import nothing_twice
 from ods.tracker.measurement.coverage.field_of_view import FieldOfView
 from ods.tracker.measurement.model import PositionMeasurement, position_measurement
@@ -36,9 +36,11 @@ class ScanMatch(NamedTuple):
     evidence: Named[ScanEvidence]
     """What the image shows of each."""
     unexplained: PositionMeasurement | None
-    """Where echoes come from that no object explains, k; None: there are none,"""
-    new: NewTrackEvidence
-    """and what is known of them."""
+    """Where echoes come from that no object explains, k; None: there are none."""
+    rest: Echoes
+    """These k echoes,"""
+    density: Floats
+    """and (k,) false alarms a scan if there were as many everywhere as at each."""
     free: Mask
     """(m,) echoes that no confirmed object explains."""
 
@@ -83,7 +85,8 @@ def match_scan(
         hit=seen.hit,
         evidence=seen.evidence,
         unexplained=elsewhere,
-        new=NewTrackEvidence(density.per_scan.take(seen.unexplained), rest.rows.onset, rest.rows.front),
+        rest=rest,
+        density=density.per_scan.take(seen.unexplained),
         free=seen.free,
     )
 

@@ -38,6 +38,7 @@
    A new feature is one more line in FEATURE, its two functions, three rows of the table, and what is measured. */
 
 #include "ods/tracker/existence/evidence.h"
+#include "ods/tracker/existence/lifecycle.h"
 #include "ods/tracker/measurement/scan.h"
 
 /* Share of the tracks with one echo that each scan of their place ends, as errors of association; with more echoes
@@ -314,14 +315,15 @@ static void keep(const ExistenceTable *tracks, int64_t i, State state)
 
 /* Sets tracks from `first` on, one an unexplained echo, given births a scan and false alarms a scan at each. */
 KERNEL(existence_begin,
-       "out f8[17,n] tracks, int first, float births, f8[k] density, f8[k] onset, f8[k] edge, " COUNTS ", " MODEL)
+       "out f8[17,n] tracks, int first, float births, f8[k] density, f8[12,k] echoes, " COUNTS ", " MODEL)
 {
     const int64_t first = INT(1), n = SIZE(0, 1);
     const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
     const double births = FLOAT(2), *density = ARRAY(const double, 3);
-    const double *const measured[FEATURES] = {ARRAY(const double, 4), ARRAY(const double, 5)};
-    const Model *m = ARRAY(const Model, 7);
-    const Prior prior = {.model = m, .clutter_share = clutter_share_of(ARRAY(const Counts, 6), m)};
+    const EchoRows echoes = echo_rows(ARRAY(double, 4), SIZE(4, 1));
+    const double *const measured[FEATURES] = {echoes.onset, echoes.front};
+    const Model *m = ARRAY(const Model, 6);
+    const Prior prior = {.model = m, .clutter_share = clutter_share_of(ARRAY(const Counts, 5), m)};
     for (int64_t k = 0; k < SIZE(3, 0) && first + k < n; k++) {
         const int64_t i = first + k;
         const double none = density[k] / (births + density[k]);
@@ -366,7 +368,7 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
     tracks->scans[i] += weight * (hit ? 1.0 : watched);
 }
 
-/* Updates n tracks by a scan, `dt` seconds after the one before; `weight`: of the scan (coherence.py). */
+/* Updates n tracks by a scan, `dt` seconds after the one before; `weight`: of the scan (`Coherence`). */
 KERNEL(existence_update,
        "out f8[17,n] tracks, i8[n] echoes, b1[n] confirmed, b1[n] hit, f8[5,n] evidence, f8[n] static, float dt, "
        "float weight, float silence, float recovery, float loss, float detection_probability, float static_prior, " COUNTS
@@ -385,4 +387,128 @@ KERNEL(existence_update,
                        measured};
     for (int64_t i = 0; i < n; i++)
         update_track(&tracks, i, &evidence, echoes[i], hit[i], confirmed[i], &of, &prior);
+}
+
+/* --- What became of the tracks --- */
+
+/* Takes note that the objects `rows` were seen. */
+KERNEL(tracks_seen, "out i8[8,n] history, i8[k] rows, int t_ns, int utc_ns")
+{
+    const int64_t n = SIZE(0, 1), *rows = ARRAY(const int64_t, 1);
+    const History history = history_rows(ARRAY(int64_t, 0), n);
+    for (int64_t k = 0; k < SIZE(1, 0); k++) {
+        const int64_t i = rows[k];
+        if (i < 0 || i >= n)
+            continue;
+        history.echoes[i]++;
+        history.last[i] = INT(2);
+        history.last_utc[i] = INT(3);
+        history.unwatched[i] = 0;
+    }
+}
+
+/* Sets tentative objects from `first` on, seen once. */
+KERNEL(tracks_begin, "out i8[8,n] history, int first, int t_ns, int utc_ns")
+{
+    const int64_t n = SIZE(0, 1);
+    const History history = history_rows(ARRAY(int64_t, 0), n);
+    for (int64_t i = larger_i(INT(1), 0); i < n; i++) {
+        history.state[i] = TENTATIVE;
+        history.echoes[i] = 1;
+        history.born[i] = history.last[i] = INT(2);
+        history.first_utc[i] = history.last_utc[i] = INT(3);
+    }
+}
+
+/* --- The next states --- */
+
+#define NS_A_SECOND 1e9
+
+/* What is known of n objects: fields of `Estimate`, (3, n) and (n,), and probabilities from which on one does not move. */
+typedef struct {
+    const double *position, *variance, *shared, *radius, *is_static;
+    int64_t n;
+    double at_rest, surely_at_rest;
+} Known;
+
+/* What the image shows of them: (n,) each. */
+typedef struct {
+    const bool *hit, *inside, *skipped;
+} Shown;
+
+/* Returns the larger standard deviation of north and east; of one at rest without what all pings share. */
+static double sigma_of(const Known *known, int64_t i)
+{
+    const double moving = 1.0 - known->is_static[i];
+    const double north = known->variance[i] + moving * known->shared[i];
+    const double east = known->variance[known->n + i] + moving * known->shared[known->n + i];
+    return sqrt(larger(east, north));
+}
+
+/* Finds the confirmed objects that the image does not show, and those at rest that it does. */
+static void find_missed_and_hiding(const History *history, const Known *known, const bool *hit, Some *missed,
+                                   Some *hiding)
+{
+    int64_t *of_missed = SCRATCH(int64_t, known->n), *of_hiding = SCRATCH(int64_t, known->n);
+    *missed = (Some){of_missed, 0}, *hiding = (Some){of_hiding, 0};
+    for (int64_t i = 0; i < known->n; i++) {
+        if (history->state[i] != TENTATIVE && !hit[i])
+            of_missed[missed->count++] = i;
+        if (history->state[i] == ACTIVE && hit[i] && known->is_static[i] >= known->surely_at_rest)
+            of_hiding[hiding->count++] = i;
+    }
+}
+
+/* Fills in the next states, and whether any object is lost out of view, is confirmed, and ends or rests once confirmed;
+   `odds_factor`: of `ExistenceModel`; `rest`, `static_from`: `REST` and `STATIC` of the
+   settings. */
+KERNEL(next_states,
+       "i8[8,n] history, f8[17,n] existence, b1[n] hit, b1[n] inside, b1[n] skipped, f8[3,n] position, f8[3,n] variance, "
+       "f8[3,n] shared, f8[n] radius, f8[n] static, int t_ns, float odds_factor, float rest, "
+       "float static_from, " LIFE_LIMITS ", out i8[n] states, out b1[3] events")
+{
+    const int64_t n = SIZE(0, 1), t_ns = INT(10);
+    const History history = history_rows(ARRAY(int64_t, 0), n);
+    const ExistenceTable tracks = existence_rows(ARRAY(double, 1), n);
+    const Shown shown = {ARRAY(const bool, 2), ARRAY(const bool, 3), ARRAY(const bool, 4)};
+    const Known known = {.position = ARRAY(const double, 5),
+                         .variance = ARRAY(const double, 6),
+                         .shared = ARRAY(const double, 7),
+                         .radius = ARRAY(const double, 8),
+                         .is_static = ARRAY(const double, 9),
+                         .n = n,
+                         .at_rest = FLOAT(12),
+                         .surely_at_rest = FLOAT(13)};
+    const Circles circles = {known.position, known.position + n, known.radius};
+    const LifeLimits limits = limits_from(arguments, 14);
+    int64_t *states = ARRAY(int64_t, 21);
+    bool *events = ARRAY(bool, 22), *lost = events, *confirmed = events + 1, *for_the_map = events + 2;
+    Some missed, hiding;
+    memset(events, 0, 3 * sizeof *events);
+    find_missed_and_hiding(&history, &known, shown.hit, &missed, &hiding);
+    for (int64_t i = 0; i < n; i++) {
+        const int64_t state = history.state[i], unseen_ns = t_ns - history.last[i];
+        const bool rests = state == STAND_BY && known.is_static[i] >= known.surely_at_rest;
+        const bool young = state == TENTATIVE && shown.hit[i];
+        const Evidence evidence = {
+            .hit = shown.hit[i],
+            .inside = shown.inside[i],
+            .skipped = shown.skipped[i],
+            .echoes = history.echoes[i],
+            .unseen_s = (double)unseen_ns / NS_A_SECOND,
+            .missed_s = (double)(unseen_ns - history.unwatched[i]) / NS_A_SECOND,
+            .existence = state == TENTATIVE ? confirmation_probability(&tracks, i, FLOAT(11))
+                                            : tracks.visible[i] + tracks.silent[i],
+            .visible = tracks.visible[i],
+            .first_visible = tracks.first_visible[i],
+            .is_static = known.is_static[i] >= known.at_rest,
+            .covered = rests && is_covered(i, hiding, &circles),
+            .duplicate = young && is_duplicate(i, missed, &history, &circles),
+            .sigma = sigma_of(&known, i),
+        };
+        const int64_t after = states[i] = next_state_of(state, &evidence, &limits);
+        *lost |= after == STAND_BY && !shown.inside[i];
+        *confirmed |= state == TENTATIVE && after == ACTIVE;
+        *for_the_map |= after == HIBERNATED || (after == TERMINATED && state != TENTATIVE);
+    }
 }

@@ -11,7 +11,7 @@ class ExistenceModel(NamedTuple):
     object_hit_rate: float = 0.85
     """Mean of the beta law of an object's hit rate,"""
     object_scans: float = 8.0
-    """and its weight; so many scans of a track count whole, though the sonar is at rest (`coherence.py`)."""
+    """and its weight; so many scans of a track count whole, though the sonar is at rest (`Coherence`)."""
     clutter_hit_rate: float = 0.3
     """The same of persistent clutter,"""
     clutter_scans: float = 12.0
