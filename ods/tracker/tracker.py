@@ -93,12 +93,12 @@ class Tracker:
             return Outcome(taken=False)
         tracks, settings, vehicle = self._tracks, self.settings, scan.vehicle
         since_ns = 0 if self._t_ns is None else scan.t_ns - self._t_ns
-        tracks.predict(since_ns / NS)
+        between_ns = since_ns * scan.skipped_pings // (scan.skipped_pings + 1)
         self._t_ns = scan.t_ns
         if vehicle is None or not scan.usable:
-            tracks.mark_unobserved(since_ns)
+            tracks.predict(since_ns, since_ns)
             return Outcome()
-        tracks.mark_unobserved(since_ns * scan.skipped_pings // (scan.skipped_pings + 1))
+        tracks.predict(since_ns, between_ns)
         self._scans += 1
         births = self._births(since_ns / NS)
         vehicle = self._pose_noise.take(vehicle, scan.t_ns)

@@ -69,21 +69,19 @@ class PositionMeasurement(NamedTuple):
     """(1,) of the noise of its tilt, rad^2: `sensitivity[HEIGHT]` has it, too."""
 
 
-def predicted_measurement(
-    position: Floats, variance: Floats, covariance_ne: Floats, vehicle: Vehicle, by_height: Floats | None = None
-) -> Named[PredictedMeasurement]:
+def predicted_measurements(
+    vehicle: Vehicle, *believed: tuple[Floats, Floats, Floats, Floats]
+) -> list[Named[PredictedMeasurement]]:
     """Predict what the sonar measures of objects: eq. 1 solved for the body frame, and the covariance.
 
-    position: (h, 3, n) NED, of h hypotheses of n objects; variance: (h, 3, n) of north and east at a given height, and
-    of the height; covariance_ne: (h, n) of north and east at a given height; by_height: (h, 2, n) by how much north and
-    east are larger for each metre that the object is lower, None: all 0. Without their first axis: of one hypothesis.
+    Each of `believed`, by h hypotheses of n objects: (h, 3, n) positions, NED; (h, 3, n) variances, of north and east
+    at a given height, and of the height; (h, n) covariances of north and east at a given height; (h, 2, n) by how much
+    north and east are larger for each metre that the object is lower. Without their first axis: of one hypothesis.
     """
-    if by_height is None:
-        by_height = np.zeros((*position.shape[:-2], 2, position.shape[-1]))
-    made = np.empty((PREDICTED, *covariance_ne.shape))
-    predict = native.predict_objects if position.ndim == 2 else native.predict_hypotheses
-    predict(position, variance, covariance_ne, by_height, vehicle, made)
-    return Named(PredictedMeasurement, made)
+    made = [np.empty((PREDICTED, *covariance_ne.shape)) for _, _, covariance_ne, _ in believed]
+    for known, table in zip(believed, made, strict=True):
+        (native.predict_objects if table.ndim == 2 else native.predict_hypotheses)(*known, vehicle, table)
+    return [Named(PredictedMeasurement, table) for table in made]
 
 
 NEW = np.zeros((PREDICTED, 0))

@@ -29,8 +29,8 @@ class HorizontalState(NamedTuple):
 class KindsOfMotion(Protocol):
     """What a filter that follows moving objects by several kinds of motion knows besides."""
 
-    def acceleration_noise(self) -> Floats:
-        """Return (n,) the spectral density of the acceleration if objects move, mean of the kinds, m^2/s^3."""
+    noise: Floats
+    """(h - 1,) spectral density of the acceleration of each kind, m^2/s^3."""
 
     def steady(self) -> tuple[Floats, Floats]:
         """Return mean and variance (2, n) of the velocity of objects that keep it, the first kind."""

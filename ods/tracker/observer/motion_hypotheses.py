@@ -112,7 +112,7 @@ class StaticOrMovingObserver:
 
     def belief(self) -> Belief:
         """Return all hypotheses of all objects, the static one first."""
-        s, horizontal = self._table.rows, self._horizontal.state()
+        s, horizontal, usual = self._table.rows, self._horizontal.state(), self._settings.acceleration_noise
         hypotheses, n = horizontal.covariance_ne.shape
         weight, by_height = np.empty((hypotheses, n)), np.empty((hypotheses, 2, n))
         position, variance, shared = np.empty((3, hypotheses, 3, n))
@@ -127,7 +127,7 @@ class StaticOrMovingObserver:
             radius=s.radius,
             radius_variance=s.radius_variance,
             static=weight[RESTING],
-            restless=self._restless(),
+            restless=None if self._kinds is None else self._kinds.noise @ horizontal.share - usual,
         )
 
     def static(self) -> Floats:
@@ -136,11 +136,6 @@ class StaticOrMovingObserver:
         static = np.empty(len(odds))
         native.all_static(odds, static)
         return static
-
-    def _restless(self) -> Floats | None:
-        if self._kinds is None:
-            return None
-        return self._kinds.acceleration_noise() - self._settings.acceleration_noise
 
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (3, n) of all velocities.

@@ -91,13 +91,14 @@ class Tracks:
         """Return mean and variance (3, n) of all velocities."""
         return self._observer.velocity()
 
-    def predict(self, dt: float) -> None:
-        """Carry all objects on over `dt` >= 0 seconds."""
-        self._observer.predict(dt)
-        self.unjudged_s += dt
+    def predict(self, since_ns: int, unobserved_ns: int) -> None:
+        """Carry all objects on over `since_ns` >= 0; in so much of that they were not observed."""
+        self._observer.predict(since_ns / NS)
+        self.unjudged_s += since_ns / NS
+        self._history.rows.unwatched[:] += unobserved_ns
         self._estimated = None
 
-    def mark_unobserved(self, unobserved_ns: int, rows: Mask | slice = slice(None)) -> None:
+    def mark_unobserved(self, unobserved_ns: int, rows: Mask) -> None:
         """Record a time in which `rows` were not observed, so that they were not missed then."""
         self._history.rows.unwatched[rows] += unobserved_ns
 
