@@ -6,8 +6,6 @@
 #include "ods/tracker/association/hypotheses/gating.h"
 #include "ods/tracker/measurement/model.h"
 
-/* The middle of the parts of a large object that are seen lies off its centre by about this share of its radius. */
-#define PART_SHARE 0.5
 /* The echo of two objects at one place is off the centre of each by at least this. */
 #define SMALLEST_OFFSET_M 1e-3
 

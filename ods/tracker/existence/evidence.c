@@ -422,8 +422,6 @@ KERNEL(tracks_begin, "out i8[8,n] history, int first, int t_ns, int utc_ns")
 
 /* --- The next states --- */
 
-#define NS_A_SECOND 1e9
-
 /* What is known of n objects: fields of `Estimate`, (3, n) and (n,), and probabilities from which on one does not move. */
 typedef struct {
     const double *position, *variance, *shared, *radius, *is_static;
@@ -495,8 +493,8 @@ KERNEL(next_states,
             .inside = shown.inside[i],
             .skipped = shown.skipped[i],
             .echoes = history.echoes[i],
-            .unseen_s = (double)unseen_ns / NS_A_SECOND,
-            .missed_s = (double)(unseen_ns - history.unwatched[i]) / NS_A_SECOND,
+            .unseen_s = seconds(unseen_ns),
+            .missed_s = seconds(unseen_ns - history.unwatched[i]),
             .existence = state == TENTATIVE ? confirmation_probability(&tracks, i, FLOAT(11))
                                             : tracks.visible[i] + tracks.silent[i],
             .visible = tracks.visible[i],

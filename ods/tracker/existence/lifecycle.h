@@ -26,6 +26,11 @@ static inline History history_rows(int64_t *table, int64_t count)
 /* or when its probability falls to this share of what it began with: two misses. */
 #define TENTATIVE_DOUBT 0.03
 
+static inline double seconds(int64_t ns)
+{
+    return (double)ns / 1e9;
+}
+
 /* What the newest image says of an object. */
 typedef struct {
     bool hit;

@@ -7,8 +7,8 @@ from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.named import Named, TrackTable
 from ods.tracker.observer.sensitivity import Heights
 
-RESTING = 0
-"""The first hypothesis; those after it are kinds of motion."""
+RESTING, MOVING = range(2)
+"""The first hypothesis; those after it are kinds of motion, of which some observers know one."""
 
 
 class HorizontalState(NamedTuple):

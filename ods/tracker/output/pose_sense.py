@@ -13,6 +13,8 @@ from ods.messages import Pose
 from ods.pose.buffer import NORM_TOLERANCE
 from ods.pose.motion import PoseMotion
 from ods.pose.turn import turn_between
+from ods.tracker.common_error.causes import SIGNIFICANT
+from ods.tracker.output.validity import SETTLE_S
 
 JUMP_M = 2.0
 """Places may differ by so much, five standard deviations of each, and the whole way by either velocity: a place that
@@ -23,10 +25,6 @@ JUMP_RAD = math.radians(10.0)
 """Attitudes may differ by so much, five standard deviations of each,"""
 FASTEST_TURN = math.radians(180.0)
 """and so much a second."""
-SIGMAS = 5.0
-REPORTED_S = 1.0
-"""Time for which a jump is reported, s. Objects tracked before are dropped (mission.py), and confirmed again by
-then."""
 STILL_S, STILL_M = 2.0, 1.0
 """A position constant for this time, s, while the velocity adds up to this distance, m, is not the vehicle's."""
 COMPARED_S = 10.0
@@ -84,7 +82,8 @@ class PoseSense:
     def reasons(self, now_ns: int) -> list[str]:
         """Return what is inconsistent now."""
         found = []
-        if self._jump and now_ns - self._jumped_ns < REPORTED_S * NS:
+        # what was tracked before a jump is dropped (mission.py), and confirmed again after this time
+        if self._jump and now_ns - self._jumped_ns < SETTLE_S * NS:
             found.append(f"{self._jump}: objects seen before are at wrong positions now, and are dropped")
         if self._newest is not None and self._settled is not None and self._way_m > STILL_M:
             still_s = (self._newest.t_ns - self._settled.t_ns) / NS
@@ -105,13 +104,13 @@ def _jump_of_place(earlier: Pose, later: Pose) -> str:
     way_m = (math.hypot(*earlier.velocity_body) + math.hypot(*later.velocity_body)) * seconds
     sigma_m = sum(min(MOST_NOISE_M, max(each.sigma_position_ned)) for each in (earlier, later))
     off_m = math.hypot(*off)
-    return f"the pose jumped by {off_m:.1f} m" if off_m > JUMP_M + SIGMAS * sigma_m + way_m else ""
+    return f"the pose jumped by {off_m:.1f} m" if off_m > JUMP_M + SIGNIFICANT * sigma_m + way_m else ""
 
 
 def _jump_of_attitude(earlier: Pose, later: Pose) -> str:
     seconds = (later.t_ns - earlier.t_ns) / NS
     turn = turn_between(earlier, later)
     sigma = max(earlier.sigma_attitude) + max(later.sigma_attitude)
-    if turn <= JUMP_RAD + SIGMAS * sigma + FASTEST_TURN * seconds:
+    if turn <= JUMP_RAD + SIGNIFICANT * sigma + FASTEST_TURN * seconds:
         return ""
     return f"the pose turned by {math.degrees(turn):.0f} deg within {seconds:.2f} s"

@@ -10,12 +10,13 @@ import msgspec
 
 from ods.base.clock import NS
 from ods.messages import LARGEST_REGION_M, Obstacle, Veto, VetoRegion, VetoRequest
+from ods.tracker.settings import REST
 from ods.tracker.veto.region import lies_in
 
 AROUND_M = 2.0
 """Distance, m, by which an obstacle vetoed by id may move or grow: what its position and size change by from ping to
 ping."""
-MOVES = 0.5
+MOVES = 1 - REST
 """Probability of motion above which a region's veto does not apply."""
 MOST = 32
 

@@ -2,18 +2,14 @@
 
 #include "ods/tracker/association/hypotheses/gating.h"
 #include "ods/tracker/measurement/coverage/cut_off.h"
+#include "ods/tracker/measurement/coverage/normal.h"
 #include "ods/tracker/measurement/model.h"
 
-/* A radius that does not agree never counts for more than a 3-sigma difference: echoes merge, split and change. */
-#define LEAST_RADIUS_RATIO (-4.5)
-#define TWO_PI (2.0 * PI)
 /* Of an echo that is cut off it is as likely as not that it shows the same part of its object as before: this share of
    its variance is then the error of the object's place, and does not count twice. */
 #define KEPT 0.9
 /* Least determinant over the product of the variances. */
 #define CORRELATED 1e-3
-/* Allows for rounding. */
-#define ROUNDED (1.0 + 1e-9)
 
 /* n objects by h hypotheses of motion. */
 typedef struct {
@@ -100,7 +96,7 @@ typedef struct {
 /* Returns an angle wrapped to about [-pi, pi]: as `wrapped`, without a branch, for loops over many. */
 static inline double turned(double angle)
 {
-    return angle - TWO_PI * rint(angle / TWO_PI);
+    return angle - (2.0 * PI) * rint(angle / (2.0 * PI));
 }
 
 /* Returns the windows. The gate is an ellipse: nothing inside it is farther along or across the line of sight than the
@@ -160,7 +156,7 @@ static int64_t find_near(const Windows *windows, int64_t i, const Echoes *echoes
         const double off = turned(echoes->bearing[place] - middle);
         const bool here = (-off <= to_port) & (off <= to_starboard);
         near[count] = echoes->order[place];
-        count += here | (TWO_PI - off <= to_port) | (TWO_PI + off <= to_starboard);
+        count += here | ((2.0 * PI) - off <= to_port) | ((2.0 * PI) + off <= to_starboard);
     }
     return count;
 }
@@ -187,11 +183,13 @@ static double ratio_of(const Objects *objects, int64_t i, const Echoes *echoes, 
                      likelihood_of(distance_of(&objects->predicted, h * objects->n + i, &echoes->rows, j, most, KEPT));
         density = 0.5 * (density + again);
     }
-    const double chance = density / TWO_PI * gate.detection_probability / echoes->per_m2[j];
+    const double chance = density / (2.0 * PI) * gate.detection_probability / echoes->per_m2[j];
     const double difference = echoes->rows.radius[j] - radius;
     const double variance = radius_variance + square(echoes->rows.sigma_radius[j]);
-    const double alike = -0.5 * (square(difference) / variance + log(TWO_PI * variance));
-    return log(larger(NOT_ZERO, chance)) + larger(LEAST_RADIUS_RATIO, alike - log(echoes->of_radius[j]));
+    const double alike = -0.5 * (square(difference) / variance + log((2.0 * PI) * variance));
+    /* a radius that does not agree never counts for more than a difference beyond chance: echoes merge, split and change */
+    const double least = -0.5 * square(BEYOND_CHANCE);
+    return log(larger(NOT_ZERO, chance)) + larger(least, alike - log(echoes->of_radius[j]));
 }
 
 /* Fills in the pairs of objects that are not `left_out` and echoes inside their gates, as far as there is room; returns

@@ -7,8 +7,6 @@
 #define HIDDEN_SHARE 0.25
 /* That an object in a blind part gives an echo beside it: its place is not known so well. */
 #define LEAST_CHANCE 0.05
-/* Standard deviation of where what gives an echo of an object lies, in radii from its middle. */
-#define PARTS 0.5
 /* Keeps the distance to the edge, in standard deviations, finite. */
 #define LEAST_SIGMA 1e-6
 
@@ -33,8 +31,6 @@ typedef struct {
     const double *rows;
     int64_t count;
 } Parts;
-
-static double length_of(double a, double b) { return sqrt(a * a + b * b); }
 
 /* Returns the probability that the range of an object is one of `ranges`, (k, 2); 1 when there are none. */
 static double share_processed(double distance, double sigma, Parts ranges)

@@ -13,10 +13,11 @@ from ods.tracker.measurement.coverage.looked import Looked
 from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.scan import Vehicle, nothing_unseen
 from ods.tracker.named import Named
+from ods.tracker.settings import MARGIN_SIGMAS
 
 NOTHING_UNSEEN = nothing_unseen()
 LEAST_SIGMA_RAD = 1e-6
-HIDDEN_SIGMAS, BEHIND_M = 2.0, 0.3
+BEHIND_M = 0.3
 """Distance behind an echo from which on objects are hidden, m."""
 LEAST_CHANCE = 0.05
 """That an object that was passed by, or is hidden, gives an echo nevertheless, as field_of_view.c has it for blind
@@ -87,7 +88,7 @@ def field_of_view(
 def hidden_by(seen: FieldOfView, looked: Looked, predicted: Named[PredictedMeasurement], radius: Floats) -> FieldOfView:
     """Return what the sonar sees, but for what is hidden behind a nearer echo in its direction, and its height."""
     table = predicted.rows
-    margin_m = radius + HIDDEN_SIGMAS * np.sqrt(table.along) + BEHIND_M
+    margin_m = radius + MARGIN_SIGMAS * np.sqrt(table.along) + BEHIND_M
     hidden = seen.inside & looked.hides(table.range_m, table.bearing, table.elevation, margin_m)
     return FieldOfView(
         inside=seen.inside,
