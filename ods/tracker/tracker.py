@@ -27,8 +27,6 @@ FIRST_SCANS = 2
 """Number of scans after the start in which all objects are new: one may be missed in the very first."""
 BIRTHS_PERIOD_S = 0.15
 """Time since the scan before for which `births_per_scan` holds."""
-MOST_BIRTHS = 1.0
-"""Most new objects a scan."""
 
 
 class Tracker:
@@ -119,7 +117,7 @@ class Tracker:
         if self._scans <= FIRST_SCANS:
             return echo.births_at_start
         # two scans of one instant are of different sonars, or of different planes
-        return min(echo.births_per_scan * (since_s or BIRTHS_PERIOD_S) / BIRTHS_PERIOD_S, MOST_BIRTHS)
+        return echo.births_per_scan * (since_s or BIRTHS_PERIOD_S) / BIRTHS_PERIOD_S
 
     def begin_again(self) -> Snapshot:
         """Drop all live objects, as they are not at their reported positions; return the confirmed ones that are gone.

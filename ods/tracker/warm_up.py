@@ -1,4 +1,4 @@
-"""Before the first ping: a plug-in that fails does so at the start, and the first scan is as quick as the others."""
+"""Before the first ping: a plug-in that fails does so at the start."""
 
 import numpy as np
 

@@ -4,8 +4,6 @@
 #include "ods/tracker/association/gnn.h"
 #include "ods/tracker/measurement/model.h"
 
-/* Largest log-likelihood ratio of a pair: e^25 leaves no doubt, and no rival's share is lost to rounding. */
-#define MOST_RATIO 25.0
 /* Most rounds of messages, */
 #define ROUNDS 20
 /* and the largest change of a message, all between 0 and 1, with which they end. */

@@ -12,16 +12,13 @@ from ods.tracker.association.hypotheses.clutter import Clutter, ClutterDensity
 from ods.tracker.association.hypotheses.gating import Detectability
 from ods.tracker.association.registry import Association
 from ods.tracker.existence.evidence import ScanEvidence
-from ods.tracker.measurement.coverage.cut_off import nothing_twice
+from ods.tracker.measurement.coverage.cut_off import NOT_MEASURED, nothing_twice
 from ods.tracker.measurement.coverage.field_of_view import FieldOfView
 from ods.tracker.measurement.model import PositionMeasurement, position_measurement
 from ods.tracker.measurement.scan import Echoes, Scan
 from ods.tracker.named import Named
 from ods.tracker.prediction import ScanPrediction
 from ods.tracker.settings import EchoSettings
-
-NO_RADIUS = 1e6
-"""Variance of a radius that was not measured, m^2."""
 
 
 class ScanMatch(NamedTuple):
@@ -129,5 +126,7 @@ def _measured(shown: Shown, prediction: ScanPrediction, half_vertical: float) ->
     return found._replace(
         variance_north=found.variance_north + off_centre,
         variance_east=found.variance_east + off_centre,
-        radius_variance=np.where(off_centre > 0.0, np.maximum(NO_RADIUS, found.radius_variance), found.radius_variance),
+        radius_variance=np.where(
+            off_centre > 0.0, np.maximum(NOT_MEASURED, found.radius_variance), found.radius_variance
+        ),
     )

@@ -11,7 +11,7 @@ from ods.messages import Detection, Sector, UnseenPart
 from ods.tracker.measurement.scan import NOT_SWEPT
 from ods.tracker.settings import MARGIN_SIGMAS
 
-BEARINGS, RANGES = 128, 128
+BEARINGS = RANGES = 128
 
 
 class FanMask(NamedTuple):

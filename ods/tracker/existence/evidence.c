@@ -37,6 +37,7 @@
 
    A new feature is one more line in FEATURE, its two functions, three rows of the table, and what is measured. */
 
+#include "ods/tracker/association/hypotheses/gating.h"
 #include "ods/tracker/existence/evidence.h"
 #include "ods/tracker/existence/lifecycle.h"
 #include "ods/tracker/measurement/scan.h"
@@ -46,8 +47,6 @@
 #define YOUNG 0.045
 /* A miss is never more certain than this. */
 #define LEAST_MISSED 1e-3
-/* Largest log-likelihood ratio of one echo; e^30 leaves nothing of any doubt. */
-#define MOST_EVIDENCE 30.0
 
 /* `ExistenceModel` of model.py, which says what each is. */
 typedef struct {
@@ -122,7 +121,7 @@ static double likelihood(double rate, double expected, double ratio)
    of the scan, between an object and clutter. */
 static State update(State state, bool hit, double llr, double expected, HitRates rates, double weight)
 {
-    const double ratio = hit ? exp(smaller(MOST_EVIDENCE, llr)) : 0.0;
+    const double ratio = hit ? exp(smaller(MOST_RATIO, llr)) : 0.0;
     const double object = likelihood(rates.object, expected, ratio), clutter = likelihood(rates.clutter, expected, ratio);
     return normalized(state.visible * object, state.silent, state.nothing,
                       state.clutter * object * (weight < 1.0 ? pow(clutter / object, weight) : clutter / object));

@@ -11,7 +11,7 @@ from ods.tracker.measurement.scan import Echoes, EchoRows
 LENGTH = 4
 CLUTTER_TRACKS, ENDED_TRACKS, SCANS, ECHOES = range(LENGTH)
 """Places in the array: weighted counts of tracks; scans, and their echoes that no confirmed track explains."""
-ROUNDING = 1e-9
+ROUNDING = 1e-6
 
 SAME_RANGE_M, SAME_BEARING_RAD, SAME_DB = 0.05, 0.005, 0.5
 """An echo that differs by less from one of the scan before is the same."""

@@ -20,8 +20,9 @@ log = logging.getLogger(__name__)
 
 WRITE_PERIOD_NS = NS
 """Between two changes of the file: a kill loses no more than this."""
-STOP_S = 1.0
-"""Time for which the tracker's end waits for the last change, s; later the map's process continues alone."""
+WAIT_S = 1.0
+"""Time for which the tracker's start waits for the map, and its end for the last change, s; later the map's process
+continues alone."""
 PACKETS_A_ROUND = 4
 """What is read of the map, 200 objects each, may keep the tracker from a list for some ms."""
 
@@ -101,7 +102,7 @@ class MapKeeper:
         if self._writer is None:
             return
         given_back = next_id if self._open and next_id < PROVISIONAL_IDS else None
-        said = self._writer.finish([*self.pending.all(), Change([], [], given_back)], STOP_S)
+        said = self._writer.finish([*self.pending.all(), Change([], [], given_back)], WAIT_S)
         if said is None and self.pending:
             log.warning("%s: %d changes were not written when the tracker ended", self._name, len(self.pending))
         for message in said or ():

@@ -14,14 +14,23 @@ from typing import NamedTuple
 
 from ods.runtime.port.backoff import Backoff
 from ods.runtime.run_dir import Lock, RunDirError, is_locked
-from ods.tracker.map.link import OBJECTS_A_PACKET, Change, Failed, Known, Link, LinkEndedError, Message, Written
+from ods.tracker.map.link import (
+    FIRST_DELAY_S,
+    LONGEST_DELAY_S,
+    OBJECTS_A_PACKET,
+    Change,
+    Failed,
+    Known,
+    Link,
+    LinkEndedError,
+    Message,
+    Written,
+)
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.store import MapError, MapStore, open_map
 
 LOCK = "map"
 """One writer at a time: a tracker that was killed may have left one that still waits for the disk."""
-FIRST_DELAY_S, LONGEST_DELAY_S = 0.5, 15.0
-"""Between attempts to open the file."""
 
 
 class _Opened(NamedTuple):

@@ -5,6 +5,8 @@
 
 #include "ods/tracker/measurement/scan.h"
 
+/* Distances, m, by which numbers are divided are no smaller. */
+#define NEAREST_M 1e-3
 /* Standard deviation of where what gives an echo of an object lies, in radii from its middle. */
 #define PARTS 0.5
 

@@ -19,8 +19,6 @@ from ods.tracker.observer.horizontal import RESTING, HorizontalFilter, KindsOfMo
 from ods.tracker.observer.sensitivity import Heights
 from ods.tracker.settings import STATIC, MotionSettings
 
-REOPENED = 4.0
-"""Log-odds, in favour of what was settled, when an object is seen again."""
 ESTABLISHED = float(np.log(STATIC / (1.0 - STATIC)))
 """Log-odds, either way, from which on it is established whether an object moves."""
 KNOWN_SPEED = 0.4
@@ -31,6 +29,8 @@ chance, or by what pings share, of one that rests."""
 
 DISPROVED = -5.0
 """Log-odds at which the static hypothesis restarts where the moving one is now."""
+REOPENED = -DISPROVED
+"""Log-odds, in favour of what was settled, when an object is seen again."""
 PROVED = 8.0
 """Largest log-odds, so that an object that starts to move is believed in time."""
 LEAST_VARIANCE = 1e-12

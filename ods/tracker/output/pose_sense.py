@@ -14,13 +14,12 @@ from ods.pose.buffer import NORM_TOLERANCE
 from ods.pose.motion import PoseMotion
 from ods.pose.turn import turn_between
 from ods.tracker.common_error.causes import SIGNIFICANT
+from ods.tracker.measurement.pose.pose_noise import AT_LEAST_M
 from ods.tracker.output.validity import SETTLE_S
 
 JUMP_M = 2.0
 """Places may differ by so much, five standard deviations of each, and the whole way by either velocity: a place that
 the INS computes once a second goes in steps."""
-MOST_NOISE_M = 0.3
-"""What is more of a standard deviation is bias: when it is corrected, the vehicle moves away from all objects."""
 JUMP_RAD = math.radians(10.0)
 """Attitudes may differ by so much, five standard deviations of each,"""
 FASTEST_TURN = math.radians(180.0)
@@ -102,7 +101,8 @@ def _jump_of_place(earlier: Pose, later: Pose) -> str:
     carried = rotated(later.attitude, later.velocity_body)
     off = [b - a - v * seconds for a, b, v in zip(earlier.position_ned, later.position_ned, carried, strict=True)]
     way_m = (math.hypot(*earlier.velocity_body) + math.hypot(*later.velocity_body)) * seconds
-    sigma_m = sum(min(MOST_NOISE_M, max(each.sigma_position_ned)) for each in (earlier, later))
+    # what is more of a standard deviation is bias: when it is corrected, the vehicle moves away from all objects
+    sigma_m = sum(min(AT_LEAST_M, max(each.sigma_position_ned)) for each in (earlier, later))
     off_m = math.hypot(*off)
     return f"the pose jumped by {off_m:.1f} m" if off_m > JUMP_M + SIGNIFICANT * sigma_m + way_m else ""
 

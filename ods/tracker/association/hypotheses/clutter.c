@@ -1,14 +1,12 @@
 /* Counts of false alarms by part of the fan and by radius, and their density at the place of an echo (clutter.py). */
 
-#include "ods/tracker/measurement/scan.h"
+#include "ods/tracker/measurement/model.h"
 
 /* Width of a class of radius; the last one has all that is larger. */
 #define RADIUS_STEP_M 0.5
 /* Share of an even distribution in what was counted, so that nothing is impossible, and of one that is even over the
    bearings of a range. */
 #define PRIOR_SHARE 0.25
-/* Keeps the area of a class of range from vanishing. */
-#define CLOSEST_M 0.1
 
 /* The fan and its parts that are counted apart. */
 typedef struct {
@@ -91,7 +89,7 @@ KERNEL(clutter_density,
         const int64_t ring = ring_of(echoes.range_m[j], &fan);
         const double own = by_part[ring * fan.bearings + column_of(echoes.bearing[j], &fan)];
         const double here = larger(even + in_ring[ring] + (1.0 - 2.0 * PRIOR_SHARE) * own, fewest / parts);
-        per_m2[j] = here / (area * larger(echoes.range_m[j], CLOSEST_M));
+        per_m2[j] = here / (area * larger(echoes.range_m[j], NEAREST_M));
         per_scan[j] = here * parts;
         const double share = by_radius[radius_class(echoes.radius[j], radii)] / all_radii;
         of_radius[j] = (PRIOR_SHARE / (double)radii + (1.0 - PRIOR_SHARE) * share) / RADIUS_STEP_M;
