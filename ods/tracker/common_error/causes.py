@@ -130,9 +130,9 @@ def _far_off(value: float, sigma: float) -> str:
     return f"static objects seem to move {ratio} as fast as the vehicle: a heading far off, or ranges in another unit?"
 
 
-DRIFT = Cause((NORTH, EAST), (), 0.1, math.inf, 5.0, _drift)
+DRIFT = Cause((NORTH, EAST), (), 0.1, math.inf, math.inf, _drift)
 """Movers alike may be a convoy, or buoys in a current."""
-FAR_OFF = Cause((YAW, SCALE), (), 0.9, 1.0, 5.0, _far_off)
+FAR_OFF = Cause((YAW, SCALE), (), 0.9, 1.0, math.inf, _far_off)
 """A heading and a scale of any size. Only a heading off by more than 60 degrees, or a range in another unit, makes what
 is static faster than the vehicle."""
 FASTEST_TURN = math.radians(0.5)

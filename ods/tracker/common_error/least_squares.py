@@ -13,7 +13,6 @@ import numpy as np
 from ods.base.arrays import Floats, Ints
 from ods.compiled import native
 from ods.tracker.common_error.sightings import (
-    COLUMNS,
     EAST,
     EAST_OF_OBJECT,
     NORTH,
@@ -21,6 +20,7 @@ from ods.tracker.common_error.sightings import (
     OWN,
     SCALE,
     TURN,
+    WHOLE,
     YAW,
     Sightings,
 )
@@ -36,7 +36,6 @@ SEEN_LEAST = 3.0
 """Sightings of an object, those that fade counted in part, below which it shows nothing;"""
 FORGOTTEN = 0.5
 """and below which it is forgotten."""
-WHOLE = COLUMNS + 1
 RATES = np.array([YAW, NORTH_OF_OBJECT, EAST_OF_OBJECT]), np.array([TURN, NORTH, EAST])
 """Columns of what changes with time, and of its rates."""
 OWN_INFORMATION = np.diag(np.reciprocal(np.square([PLACE_SIGMA_M, PLACE_SIGMA_M, NEARER_SIGMA_M, DEPTH_SIGMA_M**2])))

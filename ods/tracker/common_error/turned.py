@@ -14,7 +14,7 @@ import numpy as np
 from ods.base.arrays import Floats, Ints
 from ods.base.clock import NS
 from ods.tracker.common_error.causes import SURELY
-from ods.tracker.common_error.least_squares import FAST_MEMORY_S, WHOLE, Reduced
+from ods.tracker.common_error.least_squares import FAST_MEMORY_S, Reduced
 from ods.tracker.common_error.sightings import (
     EAST,
     LARGEST_M,
@@ -23,6 +23,7 @@ from ods.tracker.common_error.sightings import (
     NORTH,
     OWN,
     TURN,
+    WHOLE,
 )
 from ods.tracker.measurement.scan import Scan, Vehicle
 

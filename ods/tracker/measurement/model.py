@@ -84,21 +84,19 @@ def predicted_measurements(
     return [Named(PredictedMeasurement, table) for table in made]
 
 
-NEW = np.zeros((PREDICTED, 0))
-"""No prediction: the echoes are of new objects."""
-
-
 def position_measurement(
-    echoes: Echoes, vehicle: Vehicle, half_vertical: float, predicted: Floats = NEW
+    echoes: Echoes, vehicle: Vehicle, half_vertical: float, predicted: Floats | None = None
 ) -> PositionMeasurement:
     """Return eq. 1, z_og = z_ag + R^-1 z_ob, for all echoes, with measurement noise that includes the pose's.
 
-    `predicted`: (8, m), the table of `PredictedMeasurement`, of the objects already tracked that the echoes are of.
-    Range and bearing are then taken in where the object should be, along the tangent there: across wide beams the noise
-    would bend the ellipse, and turn it with each echo. A new object is where its echo is, in the fan's middle.
-    `half_vertical`: half the fan's vertical opening, rad, for echoes without one of their own.
+    `predicted`: (8, m), the table of `PredictedMeasurement`, of the objects already tracked that the echoes are of;
+    None: they are of new ones. Range and bearing of a known one are taken in where it should be, along the tangent
+    there: across wide beams the noise would bend the ellipse, and turn it with each echo. A new object is where its
+    echo is, in the fan's middle. `half_vertical`: half the fan's vertical opening, rad, for echoes without one of their
+    own.
     """
     m = echoes.table.shape[1]
+    predicted = np.empty((PREDICTED, 0)) if predicted is None else predicted
     position, rest, azimuth = np.empty((3, m)), np.empty((7, m)), np.empty((2, m))
     sensitivity = np.empty((UNSEEN, 2, m))
     native.measure_positions(echoes.table, predicted, vehicle, half_vertical, position, rest, azimuth, sensitivity)

@@ -19,7 +19,7 @@ from ods.tracker.observer.horizontal import RESTING, HorizontalFilter, KindsOfMo
 from ods.tracker.observer.sensitivity import Heights
 from ods.tracker.settings import STATIC, MotionSettings
 
-ESTABLISHED = float(np.log(STATIC / (1.0 - STATIC)))
+ESTABLISHED = math.log(STATIC) - math.log1p(-STATIC)
 """Log-odds, either way, from which on it is established whether an object moves."""
 KNOWN_SPEED = 0.4
 """nor is there when its velocity, if it moves, is known to this share of what a new object's is,"""
