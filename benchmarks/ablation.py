@@ -128,9 +128,9 @@ _ODDS = partial(patch.object, judgement, "EXISTENCE", EXISTENCE._replace(odds_fa
 MECHANISMS = {
     "crowding": Mechanism((_model(crowd_a_second=1e9),)),
     "lighter prior in crowds": Mechanism((_model(clutter_scans=8.0),)),
-    "onset": Mechanism((_model(onset_for=0.0), _ODDS)),
+    "onset": Mechanism((_model(object_sharp=EXISTENCE.clutter_sharp, object_slow=EXISTENCE.clutter_slow), _ODDS)),
     "odds of onsets": Mechanism((_ODDS,)),
-    "leading edge": Mechanism((_model(edge_for=0.0, edge_against=0.0),)),
+    "leading edge": Mechanism((_model(edge_variance=1e12),)),
     "motion": Mechanism((_model(motion_for=0.0),)),
     "hit rate": Mechanism((_model(object_scans=1e9, clutter_scans=1e9, crowded_scans=1e9),)),
     "scans of a sonar at rest": Mechanism((partial(patch.object, evidence, "WEIGHT_AT_REST", 1.0),)),

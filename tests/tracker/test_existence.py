@@ -114,7 +114,7 @@ def test_the_onsets_ratio_is_of_two_beta_binomial_laws(sharp: int, echoes: int) 
     least = -np.inf if echoes >= M.onset_enough else 0.0
     onsets = [0.9 * M.sharp] * sharp + [1.1 * M.sharp] * (echoes - sharp)
     found = judged_by("onset", onsets).onset_ratio[0]
-    assert found == pytest.approx(np.clip(of_object - of_clutter, least, M.onset_for), abs=1e-6)
+    assert found == pytest.approx(np.clip(of_object - of_clutter, least, M.most_ratio), abs=1e-6)
 
 
 @pytest.mark.parametrize(("mean", "echoes"), [(1.0, 1), (6.0, 3), (2.0, 10), (-3.0, 10), (9.0, 10)])
@@ -123,7 +123,7 @@ def test_the_leading_edges_ratio_is_of_two_normal_laws(mean: float, echoes: int)
     sigma = np.sqrt(M.edge_variance * (1.0 + M.edge_few / counted))
     expected = norm(M.object_edge, sigma).logpdf(mean) - norm(M.clutter_edge, sigma).logpdf(mean)
     found = judged_by("leading_edge", [1.0 / (1.0 + math.exp(-mean))] * echoes).edge_ratio[0]
-    assert found == pytest.approx(np.clip(expected, -M.edge_against, M.edge_for), abs=1e-6)
+    assert found == pytest.approx(np.clip(expected, -M.most_ratio, M.edge_for), abs=1e-6)
 
 
 def echoes(strengths: list[float]) -> Echoes:

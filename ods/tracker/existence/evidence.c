@@ -52,13 +52,13 @@
 typedef struct {
     double object_hit_rate, object_scans, clutter_hit_rate, clutter_scans, crowded_scans, crowd_a_second, crowd_power;
     double sharp, object_sharp, object_slow, clutter_sharp, clutter_slow;
-    double onset_for, onset_enough, odds_factor;
-    double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
+    double most_ratio, onset_enough, odds_factor;
+    double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for;
     double motion_for;
     double new_share, many, share_tracks, memory;
 } Model;
 
-#define MODEL "f8[28] model"
+#define MODEL "f8[27] model"
 
 /* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended; the last scans, and their echoes
    that no confirmed track explains. */
@@ -175,7 +175,7 @@ static double onset_ratio(double sum, double count, const Prior *prior)
     const double clutter = log_beta(m->clutter_sharp + sum, m->clutter_slow + slow) -
                            log_beta(m->clutter_sharp, m->clutter_slow);
     const double least = count >= m->onset_enough ? -INFINITY : 0.0;
-    return smaller(m->onset_for, larger(least, object - clutter));
+    return smaller(m->most_ratio, larger(least, object - clutter));
 }
 
 static void update_edge(double *sum, double *count, double echo, const Prior *prior)
@@ -192,7 +192,7 @@ static double edge_ratio(double sum, double count, const Prior *prior)
     const Model *m = prior->model;
     const double over = sum - 0.5 * (m->object_edge + m->clutter_edge) * count;
     const double ratio = (m->object_edge - m->clutter_edge) * over / (m->edge_variance * (count + m->edge_few));
-    return smaller(m->edge_for, larger(-m->edge_against, ratio));
+    return smaller(m->edge_for, larger(-m->most_ratio, ratio));
 }
 
 /* The last value counts: the filter has put all echoes together. */
