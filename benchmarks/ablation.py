@@ -37,7 +37,7 @@ from ods.sim_sonar.by_name import find_sonar
 from ods.tracker import tracker
 from ods.tracker.association import match
 from ods.tracker.association.hypotheses.clutter import RADII, Clutter, ClutterDensity
-from ods.tracker.existence import coherence
+from ods.tracker.existence import evidence
 from ods.tracker.existence.model import EXISTENCE, MODEL, ExistenceModel
 from ods.tracker.life import judgement
 from ods.tracker.measurement.scan import Echoes
@@ -128,12 +128,12 @@ _ODDS = partial(patch.object, judgement, "EXISTENCE", EXISTENCE._replace(odds_fa
 MECHANISMS = {
     "crowding": Mechanism((_model(crowd_a_second=1e9),)),
     "lighter prior in crowds": Mechanism((_model(clutter_scans=8.0),)),
-    "onset": Mechanism((_model(onset_for=0.0, onset_enough=1e9), _ODDS)),
+    "onset": Mechanism((_model(object_sharp=EXISTENCE.clutter_sharp, object_slow=EXISTENCE.clutter_slow), _ODDS)),
     "odds of onsets": Mechanism((_ODDS,)),
-    "leading edge": Mechanism((_model(edge_for=0.0, edge_against=0.0),)),
+    "leading edge": Mechanism((_model(edge_variance=1e12),)),
     "motion": Mechanism((_model(motion_for=0.0),)),
     "hit rate": Mechanism((_model(object_scans=1e9, clutter_scans=1e9, crowded_scans=1e9),)),
-    "scans of a sonar at rest": Mechanism((partial(patch.object, coherence, "WEIGHT_AT_REST", 1.0),)),
+    "scans of a sonar at rest": Mechanism((partial(patch.object, evidence, "WEIGHT_AT_REST", 1.0),)),
     "learned share": Mechanism((_model(many=1.0, share_tracks=1e9),)),
     "clutter by place and radius": Mechanism((partial(patch.object, Clutter, "density", _even),)),
     "limits of cut-off echoes": Mechanism((partial(patch.object, match, "nothing_twice", lambda echoes, *_: echoes),)),
@@ -141,7 +141,7 @@ MECHANISMS = {
     "births at start": Mechanism((partial(patch.object, tracker, "FIRST_SCANS", 0),)),
     "bottom": Mechanism(settings={"bottom": {"list": "all"}}),
     "surface waves": Mechanism(settings={"surface": {"list": "all"}}),
-    "young near waves": Mechanism((partial(patch.multiple, surface, YOUNG_S=0.0, UNKNOWN_S=0.0),)),
+    "young near waves": Mechanism((partial(patch.object, surface, "YOUNG_S", 0.0),)),
     "grace of waves": Mechanism((partial(patch.object, surface, "GRACE_S", 0.2),)),
     "probabilistic association": Mechanism(settings={"association": "nearest"}),
     "kinds of motion": Mechanism(settings={"observer": "coupled"}),

@@ -9,7 +9,7 @@
 /* Sums are left in order: of equally good assignments the same one is found on every machine. */
 #pragma GCC optimize("no-associative-math")
 
-#define NONE (-1)
+enum { NONE = -1 };
 
 /* What is assigned so far, and the dual variables that prove it the best. */
 typedef struct {

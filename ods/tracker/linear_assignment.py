@@ -5,8 +5,6 @@ import numpy as np
 from ods.base.arrays import Floats, Indices
 from ods.compiled import native
 
-NONE = -1
-
 
 def best_columns(gain: Floats) -> Indices:
     """Return the column (rows,) that each row of `gain` (rows, columns) is given; -1: none, where columns are fewer.
@@ -17,7 +15,7 @@ def best_columns(gain: Floats) -> Indices:
     rows, columns = gain.shape
     if rows <= columns:
         return _cheapest_columns(np.ascontiguousarray(-gain))
-    column_of = np.full(rows, NONE)
+    column_of = np.full(rows, -1)
     column_of[_cheapest_columns(np.ascontiguousarray(-gain.T))] = np.arange(columns)
     return column_of
 

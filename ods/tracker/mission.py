@@ -11,7 +11,7 @@ import msgspec
 
 from ods.base import clock
 from ods.base.frames.mounting import Mounting
-from ods.messages import Detections, Health, Obstacle, ObstacleList, Pose, Site, Veto, VetoRequest
+from ods.messages import Detections, Health, Obstacle, ObstacleList, Pose, PoseAt, Site, Veto, VetoRequest
 from ods.pose.buffer import PoseBuffer, PoseEstimate
 from ods.pose.head import head_of
 from ods.pose.utc import VehicleUtc
@@ -29,7 +29,6 @@ from ods.tracker.output.multipath import marked
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.pose_sense import PoseSense
 from ods.tracker.output.snapshot import Snapshot
-from ods.tracker.output.standpoint import pose_at
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.output.vanished import VanishedObjects
@@ -304,8 +303,8 @@ class MissionTracker:
             made_ns=now_ns,
             made_utc_ns=self._utc.at(now_ns),
             site=self._site,
-            pose=pose_at(pose),
-            head=pose_at(head_of(pose, self._mounting)),
+            pose=_pose_at(pose),
+            head=_pose_at(head_of(pose, self._mounting)),
             sector=None if shown is None else shown.sector,
             processed_ranges_m=[] if shown is None else shown.processed_ranges_m,
             vetoes=self.vetoes_held(now_ns),
@@ -336,3 +335,22 @@ class MissionTracker:
         if newest_ns is None or t_ns <= newest_ns:
             return snapshot
         return snapshot.extrapolated((t_ns - newest_ns) / clock.NS, self.settings.motion)
+
+
+def _pose_at(estimate: PoseEstimate | None) -> PoseAt | None:
+    """Return an estimate as messages have it."""
+    if estimate is None:
+        return None
+    north, east, down = estimate.position_ned.tolist()
+    w, x, y, z = estimate.attitude.tolist()
+    v_north, v_east, v_down = estimate.velocity_ned.tolist()
+    sigma_north, sigma_east, sigma_down = estimate.sigma_position.tolist()
+    roll, pitch, yaw = estimate.sigma_attitude.tolist()
+    return PoseAt(
+        position_ned=(north, east, down),
+        attitude=(w, x, y, z),
+        velocity_ned=(v_north, v_east, v_down),
+        sigma_position=(sigma_north, sigma_east, sigma_down),
+        sigma_attitude=(roll, pitch, yaw),
+        extrapolated_s=estimate.extrapolated_s,
+    )

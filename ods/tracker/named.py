@@ -79,20 +79,22 @@ class TrackTable(Generic[RowNames]):
 
 def extend(tables: list[TrackTable[Any]], count: int) -> None:
     """Append a number of objects to each table, all numbers 0."""
+    total = len(tables[0]) + count
     for one in tables:
-        old = one.table.shape[-1]
-        if one.height * (old + count) > len(one.cells):
-            cells = np.zeros(GROWTH * one.height * (old + count), np.int64)
+        if one.height * total > len(one.cells):
+            cells = np.zeros(GROWTH * one.height * total, np.int64)
             cells[: one.table.size] = one.table.view(np.int64).ravel()
             one.cells = cells
-        native.table_extend(one.cells, one.height, old, count)
-        one.lay_out(old + count)
+        native.table_extend(one.cells, one.height, total - count, count)
+    for one in tables:
+        one.lay_out(total)
 
 
 def keep(tables: list[TrackTable[Any]], mask: Mask) -> None:
     """Remove the objects where (n,) `mask` is False from each table; the others keep their order."""
-    for one in tables:
-        one.lay_out(native.table_keep(one.cells, one.height, mask))
+    left = [native.table_keep(one.cells, one.height, mask) for one in tables]
+    for one, count in zip(tables, left, strict=True):
+        one.lay_out(count)
 
 
 def each(*rows: Floats) -> tuple[Floats, ...]:

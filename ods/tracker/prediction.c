@@ -3,12 +3,11 @@
 #include "ods/tracker/existence/evidence.h"
 #include "ods/tracker/existence/lifecycle.h"
 #include "ods/tracker/measurement/model.h"
-#include "ods/tracker/track/tracks.h"
 
 /* A silent object whose place is less certain than this, m, is vague. */
 #define VAGUE_M 1.0
-/* An object seen more recently than this, ns, is not silent; one behind another is then seen over it or beside it. */
-#define UNSEEN_NS 500000000
+/* An object seen more recently than this, s, is not silent; one behind another is then seen over it or beside it. */
+#define UNSEEN_S 0.5
 
 /* Objects that may hide others: where their shadows begin, and in which bearings. */
 typedef struct {
@@ -57,7 +56,7 @@ KERNEL(judge_silent,
     Fronts fronts = {.count = -1};
     for (int64_t i = 0; i < n; i++) {
         reported[i] = history.state[i] != TENTATIVE;
-        const bool silent = reported[i] && t_ns - history.last[i] > UNSEEN_NS;
+        const bool silent = reported[i] && seconds(t_ns - history.last[i]) > UNSEEN_S;
         vague[i] = silent && larger(predicted.along[i], predicted.across[i]) > square(VAGUE_M);
         if (silent && fronts.count < 0)
             fronts = fronts_of(predicted, radius, history.state, n);

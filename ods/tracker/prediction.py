@@ -15,7 +15,7 @@ from ods.tracker.measurement.coverage.field_of_view import (
     hidden_by,
     look_elsewhere,
 )
-from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurement
+from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurements
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.named import Named
 from ods.tracker.observer.belief import Belief, Estimate
@@ -49,20 +49,14 @@ class ScanPrediction(NamedTuple):
 
 def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: TrackerSettings) -> ScanPrediction:
     """Return what `scan`, taken from `vehicle`, should show of `tracks`, which are predicted to its time."""
-    belief, estimate = tracks.belief_and_moments()
-    by_hypothesis = predicted_measurement(
-        belief.position, belief.variance, belief.covariance_ne, vehicle, belief.by_height
-    )
-    measurement = predicted_measurement(
-        estimate.position, estimate.variance, estimate.covariance_ne, vehicle, estimate.by_height
-    )
+    (history, existence), (belief, estimate) = tracks.known, tracks.belief_and_moments()
+    by_hypothesis, measurement = predicted_measurements(vehicle, belief[1:5], estimate[:4])
     fan, radius, ranges_m = coverage_of(scan.sector, scan.fan_turn), estimate.radius, scan.processed_ranges_m
     seen = field_of_view(measurement, radius, fan, ranges_m, settings.life.edge_sigmas, scan.unseen)
     if scan.looked is not None:
         seen = hidden_by(seen, scan.looked, measurement, radius)
     if len(scan.not_swept):
         look_elsewhere(seen, measurement, scan.fan_turn, scan.not_swept)
-    history, existence = tracks.known
     reported, vague = flags = np.empty((2, len(radius)), np.bool_)
     visibility, returned = np.empty(len(radius)), -math.expm1(-settings.echo.return_rate * tracks.unjudged_s)
     known = history, existence, measurement.table, radius, seen.probability

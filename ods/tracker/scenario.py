@@ -20,13 +20,13 @@ from ods.base.frames.geometry import quat_from_euler
 from ods.base.frames.mounting import AT_ORIGIN, Mounting, spread_at
 from ods.base.settings import Fraction, NonNegative, Positive
 from ods.messages import Sector
+from ods.tracker.map.trust import FARTHEST_M
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
 
 ARRAYS = ("t", "auv_pos", "auv_rpy", "det")
-MOST = 1e7
 """m, or rad: no number of a pose is farther from 0; the earth is no larger."""
 
 
@@ -141,8 +141,8 @@ def _checked(arrays: dict[str, Any], text: str) -> Scenario:
 def _refuse_absurd(numbers: dict[str, Any]) -> None:
     """Raise ValueError where one is beyond all bounds; a pose that is not a number is none."""
     for name, value in numbers.items():
-        if value is not None and (np.abs(value) > MOST).any():
-            raise ValueError(f"{name}: a number is farther from 0 than {MOST:g}")
+        if value is not None and (np.abs(value) > FARTHEST_M).any():
+            raise ValueError(f"{name}: a number is farther from 0 than {FARTHEST_M:g}")
 
 
 def scans(scenario: Scenario, mounting: Mounting = AT_ORIGIN) -> Iterator[Scan]:

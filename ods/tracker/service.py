@@ -14,7 +14,7 @@ from ods.runtime.backlog import Backlog
 from ods.runtime.service import Service, Worker
 from ods.runtime.state_files import last_words
 from ods.tracker.clearance.clearance import ClearanceKeeper
-from ods.tracker.map.keeper import MapKeeper
+from ods.tracker.map.keeper import WAIT_S, MapKeeper
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.restart.checkpoint import Checkpoints
@@ -26,9 +26,9 @@ from ods.tracker.warm_up import warm_up
 
 log = logging.getLogger(__name__)
 
-MAP_WAIT_S, OVERLOADED_MAP_WAIT_S = 1.0, 20.0
-"""Time for which the first list waits for the map to be read, s, or, where the computer is overloaded, up to the
-latter; a disk that takes longer costs its objects, and their ids, until it is there."""
+OVERLOADED_WAIT_S = 20.0
+"""Time for which the first list waits for the map to be read, s, where the computer is overloaded, and else `WAIT_S`; a
+disk that takes longer costs its objects, and their ids, until it is there."""
 
 
 class TrackerWorker(Worker[TrackerProcessConfig]):
@@ -64,9 +64,9 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
     def _may_wait_for_map(self, begun_ns: int) -> bool:
         now_ns = clock.monotonic_ns()
         waited_s = (now_ns - begun_ns) / clock.NS
-        if waited_s < MAP_WAIT_S:
+        if waited_s < WAIT_S:
             return not self._map.problem(now_ns)
-        return waited_s < OVERLOADED_MAP_WAIT_S and bool(self.service.overload())
+        return waited_s < OVERLOADED_WAIT_S and bool(self.service.overload())
 
     def _take_over(self) -> None:
         """Make the tracker of what a former one left."""

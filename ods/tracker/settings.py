@@ -17,6 +17,8 @@ REST = 0.5
 """An object out of view goes into the map if it is at least this probably static, so not more likely to move."""
 STATIC = 0.95
 """A live object is stored in the map at the end of a mission if it is static with at least this probability."""
+MARGIN_SIGMAS = 2.0
+"""Standard deviations by which an object or an echo may be elsewhere, or larger, where that is the safe side."""
 
 OWN_OBSERVERS = ("independent", "coupled", "manoeuvring")
 OWN_ASSOCIATIONS = ("nearest", "probabilistic")

@@ -9,8 +9,7 @@ from ods.tracker.association.hypotheses.clutter import Clutter
 from ods.tracker.association.match import match_scan
 from ods.tracker.association.registry import association_of
 from ods.tracker.existence import lifecycle
-from ods.tracker.existence.coherence import Coherence
-from ods.tracker.existence.evidence import ClutterStatistics
+from ods.tracker.existence.evidence import ClutterStatistics, Coherence
 from ods.tracker.life.judgement import judge
 from ods.tracker.life.management import Outcome, TrackManager
 from ods.tracker.map.map_object import MapObject
@@ -28,8 +27,6 @@ FIRST_SCANS = 2
 """Number of scans after the start in which all objects are new: one may be missed in the very first."""
 BIRTHS_PERIOD_S = 0.15
 """Time since the scan before for which `births_per_scan` holds."""
-MOST_BIRTHS = 1.0
-"""Most new objects a scan."""
 
 
 class Tracker:
@@ -94,25 +91,24 @@ class Tracker:
             return Outcome(taken=False)
         tracks, settings, vehicle = self._tracks, self.settings, scan.vehicle
         since_ns = 0 if self._t_ns is None else scan.t_ns - self._t_ns
-        tracks.predict(since_ns / NS)
+        between_ns = since_ns * scan.skipped_pings // (scan.skipped_pings + 1)
         self._t_ns = scan.t_ns
         if vehicle is None or not scan.usable:
-            tracks.mark_unobserved(since_ns)
+            tracks.predict(since_ns, since_ns)
             return Outcome()
-        tracks.mark_unobserved(since_ns * scan.skipped_pings // (scan.skipped_pings + 1))
+        tracks.predict(since_ns, between_ns)
         self._scans += 1
+        births = self._births(since_ns / NS)
         vehicle = self._pose_noise.take(vehicle, scan.t_ns)
         self._manager.wake(tracks, scan, vehicle)
         prediction = predict_scan(tracks, scan, vehicle, settings)
         tracks.mark_unobserved(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
         match = match_scan(scan, prediction, self._clutter, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
-        weight = self._coherence.weight(scan.echoes)
-        judged = judge(tracks, prediction, match, self._clutter_statistics, scan, weight, settings)
+        judged = judge(tracks, prediction, match, self._clutter_statistics, self._coherence, scan, settings)
         outcome = self._manager.manage(tracks, judged, prediction, scan.utc_ns)
         if match.unexplained is not None:
-            births = self._births(since_ns / NS)
-            tracks.start(match.unexplained, scan, births, match.new, self._clutter_statistics)
+            tracks.start(match.unexplained, scan, match.rest, births, match.density, self._clutter_statistics)
         return outcome
 
     def _births(self, since_s: float) -> float:
@@ -121,7 +117,7 @@ class Tracker:
         if self._scans <= FIRST_SCANS:
             return echo.births_at_start
         # two scans of one instant are of different sonars, or of different planes
-        return min(echo.births_per_scan * (since_s or BIRTHS_PERIOD_S) / BIRTHS_PERIOD_S, MOST_BIRTHS)
+        return echo.births_per_scan * (since_s or BIRTHS_PERIOD_S) / BIRTHS_PERIOD_S
 
     def begin_again(self) -> Snapshot:
         """Drop all live objects, as they are not at their reported positions; return the confirmed ones that are gone.

@@ -10,7 +10,9 @@ from ods.base.arrays import Floats, Mask
 from ods.base.clock import NS
 from ods.base.frames.geometry import global_to_body, quat_from_euler
 from ods.messages import Sector
-from ods.tracker.measurement.scan import Echoes, Scan, echoes_of, vehicle_at
+from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurements
+from ods.tracker.measurement.scan import Echoes, Scan, Vehicle, echoes_of, vehicle_at
+from ods.tracker.named import Named
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.tracker import Tracker
 
@@ -144,3 +146,11 @@ def run(
             ended += [(k, i) for i in outcome.ended.id.tolist()]
         snapshots.append(tracker.snapshot())
     return Run(tracker, snapshots, ended)
+
+
+def predicted_measurement(
+    position: Floats, variance: Floats, covariance_ne: Floats, vehicle: Vehicle, by_height: Floats | None = None
+) -> Named[PredictedMeasurement]:
+    """Return what the sonar should measure of objects: arrays as in `Estimate`; by_height: None for all 0."""
+    by_height = np.zeros_like(position[..., :2, :]) if by_height is None else by_height
+    return predicted_measurements(vehicle, (position, variance, covariance_ne, by_height))[0]

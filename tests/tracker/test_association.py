@@ -16,11 +16,10 @@ from ods.tracker.association.hypotheses.clutter import ClutterDensity
 from ods.tracker.association.hypotheses.gating import Detectability, Hypotheses, hypotheses
 from ods.tracker.association.match import shown
 from ods.tracker.measurement.coverage.field_of_view import FieldOfView
-from ods.tracker.measurement.model import predicted_measurement
 from ods.tracker.measurement.scan import vehicle_at
 from ods.tracker.observer.belief import Belief, Estimate
 from ods.tracker.settings import EchoSettings
-from tests.tracker.samples import NO_SIGMA, echoes
+from tests.tracker.samples import NO_SIGMA, echoes, predicted_measurement
 
 SETTINGS = EchoSettings()
 VEHICLE = vehicle_at(np.zeros(3), quat_from_euler(0.0, 0.0, 0.0), NO_SIGMA, NO_SIGMA)

@@ -19,11 +19,12 @@ from ods.pose.buffer import PoseSettings
 from ods.pose.utc import VehicleUtc
 from ods.runtime.state_files import kept_file
 from ods.runtime.state_files.kept_file import HEAD, KeptFile
+from ods.tracker.map.link import OBJECTS_A_PACKET
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
-from ods.tracker.restart.checkpoint import MOST_CHANGES, Checkpoint, Checkpoints, Mission
+from ods.tracker.restart.checkpoint import Checkpoint, Checkpoints, Mission
 from ods.tracker.restart.state import MapChanges
 from ods.tracker.settings import OWN_OBSERVERS, LifeSettings, TrackerConfig, TrackerSettings
 from ods.tracker.tracker import Tracker
@@ -176,7 +177,7 @@ def test_objects_of_the_map_have_files_of_their_own(tmp_path: Path) -> None:
     many = [MapObject(i, (500.0 + i, 0.0, 0.0), (0.1, 0.1, 0.1), 1.0, 0.1, 0.9, 9, 0, 0, 0) for i in range(10, 400)]
     files = folder.files()
     tracker.join(many, 400)
-    assert len(many) > MOST_CHANGES
+    assert len(many) > OBJECTS_A_PACKET
     for round_ in range(3):
         assert files.base_due(tracker.map_changes()) == (round_ == 0)
         files.write_base(tracker.whole_map())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ods.base.arrays import Floats
-from ods.tracker.existence.coherence import WEIGHT_AT_REST, Coherence
+from ods.tracker.existence.evidence import WEIGHT_AT_REST, Coherence
 from ods.tracker.measurement.scan import Scan
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker

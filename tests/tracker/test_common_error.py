@@ -14,9 +14,9 @@ from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.messages import Sector
 from ods.tracker.common_error.causes import WRONG_SCALE, WRONG_YAW, Cause, estimate
-from ods.tracker.common_error.least_squares import WHOLE, FadingSums, Reduced, fit
+from ods.tracker.common_error.least_squares import FadingSums, Reduced, fit
 from ods.tracker.common_error.monitor import CommonErrors
-from ods.tracker.common_error.sightings import COLUMNS, EAST, NORTH, OWN, TURN, YAW, Motion, Sightings
+from ods.tracker.common_error.sightings import COLUMNS, EAST, NORTH, OWN, TURN, WHOLE, YAW, Motion, Sightings
 from ods.tracker.existence.lifecycle import ACTIVE
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan, Vehicle, echoes_of

@@ -8,6 +8,7 @@ from hypothesis import given, strategies as st
 from scipy.special import betaln
 from scipy.stats import betabinom, norm
 
+from ods.base.arrays import Floats, Mask
 from ods.compiled import native
 from ods.tracker.existence.evidence import (
     CLUTTER_TRACKS,
@@ -113,7 +114,7 @@ def test_the_onsets_ratio_is_of_two_beta_binomial_laws(sharp: int, echoes: int) 
     least = -np.inf if echoes >= M.onset_enough else 0.0
     onsets = [0.9 * M.sharp] * sharp + [1.1 * M.sharp] * (echoes - sharp)
     found = judged_by("onset", onsets).onset_ratio[0]
-    assert found == pytest.approx(np.clip(of_object - of_clutter, least, M.onset_for), abs=1e-6)
+    assert found == pytest.approx(np.clip(of_object - of_clutter, least, M.most_ratio), abs=1e-6)
 
 
 @pytest.mark.parametrize(("mean", "echoes"), [(1.0, 1), (6.0, 3), (2.0, 10), (-3.0, 10), (9.0, 10)])
@@ -122,7 +123,7 @@ def test_the_leading_edges_ratio_is_of_two_normal_laws(mean: float, echoes: int)
     sigma = np.sqrt(M.edge_variance * (1.0 + M.edge_few / counted))
     expected = norm(M.object_edge, sigma).logpdf(mean) - norm(M.clutter_edge, sigma).logpdf(mean)
     found = judged_by("leading_edge", [1.0 / (1.0 + math.exp(-mean))] * echoes).edge_ratio[0]
-    assert found == pytest.approx(np.clip(expected, -M.edge_against, M.edge_for), abs=1e-6)
+    assert found == pytest.approx(np.clip(expected, -M.most_ratio, M.edge_for), abs=1e-6)
 
 
 def echoes(strengths: list[float]) -> Echoes:
@@ -133,12 +134,18 @@ def echoes(strengths: list[float]) -> Echoes:
 
 def count(clutter: ClutterStatistics, strengths: list[float]) -> None:
     """Take in a scan of echoes that no confirmed track explains."""
-    clutter.count(echoes(strengths), np.ones(len(strengths), bool))
+    native.clutter_count_echoes(clutter.values, echoes(strengths).table, np.ones(len(strengths), bool), MODEL)
+
+
+def learn(clutter: ClutterStatistics, tracks: Floats, ended: Mask) -> None:
+    """Take in a scan that ends tracks of a table."""
+    native.clutter_learn(clutter.values, tracks, ended, MODEL)
 
 
 def test_echoes_of_confirmed_tracks_or_without_a_strength_do_not_count() -> None:
     one, other = ClutterStatistics(), ClutterStatistics()
-    one.count(echoes([14.0, 16.0, 0.0]), np.array([True, False, True]))
+    free = np.array([True, False, True])
+    native.clutter_count_echoes(one.values, echoes([14.0, 16.0, 0.0]).table, free, MODEL)
     count(other, [14.0])
     assert one.save() == other.save()
     assert other.values[ECHOES] == 1.0
@@ -147,7 +154,7 @@ def test_echoes_of_confirmed_tracks_or_without_a_strength_do_not_count() -> None
 def share_of(clutter: ClutterStatistics) -> float:
     """Return the share of clutter by which a new track is judged."""
     tracks, one = table(), np.ones(1)
-    native.existence_begin(tracks, 0, 0.03, (one, 0.0 * one, 0.0 * one), clutter.values, MODEL)
+    native.existence_begin(tracks, 0, 0.03, one, np.zeros((12, 1)), clutter.values, MODEL)
     return float(ExistenceTable(*tracks).clutter_share[0])
 
 
@@ -157,8 +164,8 @@ def test_tracks_that_end_teach_what_clutter_is_like() -> None:
     tracks = table(2, visible=0.1, clutter=0.6, nothing=0.3)
     calm = M.new_share / M.many**2
     assert share_of(clutter) == pytest.approx(calm)
-    clutter.learn(tracks, np.array([True, False]))
-    clutter.learn(tracks, np.zeros(2, bool))
+    learn(clutter, tracks, np.array([True, False]))
+    learn(clutter, tracks, np.zeros(2, bool))
     learned = clutter.values[[CLUTTER_TRACKS, ENDED_TRACKS]]
     np.testing.assert_allclose(learned, M.memory * np.array([0.6, 0.9]))
     share = (learned[0] + M.share_tracks * calm) / (learned[1] + M.share_tracks)
@@ -177,7 +184,7 @@ def test_the_share_of_clutter_rises_with_echoes_that_measure_a_strength() -> Non
 def test_the_next_one_goes_on_with_the_same_statistics_and_refuses_nonsense() -> None:
     one, other = ClutterStatistics(), ClutterStatistics()
     count(one, [14.0, 19.0])
-    one.learn(table(2, clutter=0.9, nothing=0.1), np.ones(2, bool))
+    learn(one, table(2, clutter=0.9, nothing=0.1), np.ones(2, bool))
     other.load(one.save())
     np.testing.assert_array_equal(one.values, other.values)
     for place, value in ((ENDED_TRACKS, np.nan), (CLUTTER_TRACKS, -1.0), (CLUTTER_TRACKS, 9.0), (ECHOES, np.inf)):

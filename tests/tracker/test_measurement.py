@@ -11,9 +11,9 @@ from ods.base.frames.geometry import euler_from_quat, quat_from_euler
 from ods.messages import Detection, Detections
 from ods.tracker.measurement.coverage.field_of_view import coverage_of, field_of_view, near_coverage
 from ods.tracker.measurement.from_detections import received
-from ods.tracker.measurement.model import ATTITUDE, BEND, HEIGHT, position_measurement, predicted_measurement
+from ods.tracker.measurement.model import ATTITUDE, BEND, HEIGHT, position_measurement
 from ods.tracker.measurement.scan import Echoes, Vehicle, echo_table_of, echoes_of, vehicle_at
-from tests.tracker.samples import HALF_VERTICAL, NO_SIGMA, SECTOR
+from tests.tracker.samples import HALF_VERTICAL, NO_SIGMA, SECTOR, predicted_measurement
 
 
 def vehicle(

@@ -12,9 +12,10 @@ from ods.base.clock import NS
 from ods.messages import Detection, Obstacle
 from ods.pose.buffer import PoseEstimate
 from ods.tracker.outline.outlines import EDGE_KEPT_S, Outlines
-from ods.tracker.outline.owners import GATE, GATE_M, GATE_SIGMAS, Extents, owners_of
+from ods.tracker.outline.owners import GATE, GATE_M, Extents, owners_of
 from ods.tracker.outline.seen import Seen, seen_from
 from ods.tracker.output.snapshot import Snapshot
+from ods.tracker.settings import MARGIN_SIGMAS
 
 PERIOD_NS = NS // 5
 EAST = math.pi / 2.0
@@ -213,8 +214,8 @@ def _fit_of(objects: Snapshot, extents: Extents, i: int, seen: Seen, k: int) -> 
     """Return the misfit and the squared distance in axes of echo `k` to object `i`, infinite where it is not of it."""
     off, radius = seen.place[k] - objects.position[:2, i], objects.radius[i]
     sigma = math.hypot(objects.sigma_position[:2, i].max(), seen.sigma[k])
-    blur = math.hypot(GATE_SIGMAS * sigma, GATE_M)
-    largest = 2.0 * (radius + GATE_SIGMAS * objects.sigma_radius[i]) + GATE_M
+    blur = math.hypot(MARGIN_SIGMAS * sigma, GATE_M)
+    largest = 2.0 * (radius + MARGIN_SIGMAS * objects.sigma_radius[i]) + GATE_M
     if objects.last_seen_utc_ns[i] != 0 or np.hypot(*off) > radius + GATE * blur or seen.radius[k] > largest:
         return math.inf, math.inf
     shape = radius**2 * np.eye(2)

@@ -12,11 +12,11 @@ from ods.base.frames.geometry import quat_from_euler
 from ods.tracker.association.assignment import Question
 from ods.tracker.association.hypotheses.gating import Hypotheses
 from ods.tracker.association.jpda import LEAST_GAIN, probabilistic, shares
-from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurement
+from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.scan import vehicle_at
 from ods.tracker.named import Named
 from ods.tracker.observer.belief import Estimate
-from tests.tracker.samples import NO_SIGMA, SIGMA_RANGE, echoes
+from tests.tracker.samples import NO_SIGMA, SIGMA_RANGE, echoes, predicted_measurement
 
 
 def hypotheses(objects: Indices, echoes: Indices, ratio: Floats) -> Hypotheses:

@@ -8,8 +8,9 @@ from hypothesis import given, strategies as st
 
 from ods.base.clock import NS
 from ods.messages import Obstacle, Veto, VetoRegion, VetoRequest
+from ods.tracker.settings import REST
 from ods.tracker.veto.region import lies_in
-from ods.tracker.veto.vetoes import AROUND_M, MOST, MOVES, RefusedError, Vetoes, VetoState
+from ods.tracker.veto.vetoes import AROUND_M, MOST, RefusedError, Vetoes, VetoState
 
 SQUARE = VetoRegion(corners_ne=[(0.0, 0.0), (0.0, 10.0), (10.0, 10.0), (10.0, 0.0)])
 
@@ -80,7 +81,7 @@ def test_a_region_names_what_rests_whole_inside() -> None:
     vetoes = Vetoes()
     vetoes.ignore(in_region(SQUARE), "anna", [], 0)
     present = (
-        obstacle(1, 5.0, 5.0), obstacle(2, 9.5, 5.0), obstacle(3, 5.0, 5.0, moving=MOVES + 0.1), obstacle(4, 30.0, 5.0),
+        obstacle(1, 5.0, 5.0), obstacle(2, 9.5, 5.0), obstacle(3, 5.0, 5.0, moving=1.1 - REST), obstacle(4, 30.0, 5.0),
         obstacle(5, 5.0, 5.0, radius_m=20.0),
     )  # fmt: skip
     assert ignored(vetoes, *present) == [1]
@@ -214,7 +215,7 @@ def _names(since_ns: int, request: VetoRequest, was: Obstacle | None, each: Obst
     if was is not None:
         apart = math.dist(was.position_ned[:2], each.position_ned[:2])
         return was.id == each.id and apart <= AROUND_M + was.radius_m and each.radius_m <= was.radius_m + AROUND_M
-    return request.region is not None and each.moving <= MOVES and _rim_is_inside(each, request.region)
+    return request.region is not None and 1.0 - each.moving >= REST and _rim_is_inside(each, request.region)
 
 
 def _rim_is_inside(each: Obstacle, region: VetoRegion) -> bool:

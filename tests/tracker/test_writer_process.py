@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from ods.base.clock import NS
-from ods.tracker.map.link import LinkEndedError
+from ods.tracker.map.link import FIRST_DELAY_S, LinkEndedError
 from ods.tracker.map.writer_process import WriterProcess
 
 
@@ -26,7 +26,7 @@ def test_no_descriptor_or_process_left_costs_the_map_for_a_while_and_not_the_tra
         with pytest.raises(LinkEndedError, match="Too many open files"):
             writer.start(0)
     writer.lost(0)
-    assert not writer.start(NS // 2)
+    assert not writer.start(round(FIRST_DELAY_S * NS) - 1)
     assert writer.start(2 * NS)
     assert writer.running
     writer.finish([], 10.0)

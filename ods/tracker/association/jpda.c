@@ -4,14 +4,10 @@
 #include "ods/tracker/association/gnn.h"
 #include "ods/tracker/measurement/model.h"
 
-/* Largest log-likelihood ratio of a pair: e^25 leaves no doubt, and no rival's share is lost to rounding. */
-#define MOST_RATIO 25.0
 /* Most rounds of messages, */
 #define ROUNDS 20
 /* and the largest change of a message, all between 0 and 1, with which they end. */
 #define CONVERGED 1e-3
-/* An object is seen, and an echo starts no new object, when it is more probable than this that the other is there. */
-#define MORE_LIKELY 0.5
 /* An echo with less than this share of the probability of an object's most probable one is no rival of it. */
 #define RIVAL 0.1
 
@@ -195,7 +191,7 @@ static int64_t put_together(const Pairs *pairs, const Objects *objects, const Ec
     const Sums *sums = added_up(pairs, objects, echoes);
     int64_t *place = SCRATCH(int64_t, objects->n), *seen = SCRATCH(int64_t, objects->n), count = 0;
     for (int64_t i = 0; i < objects->n; i++) {
-        place[i] = sums[i].seen > MORE_LIKELY && count < room ? count : -1;
+        place[i] = sums[i].seen > 0.5 && count < room ? count : -1;
         if (place[i] >= 0)
             seen[count++] = i;
     }
@@ -250,8 +246,8 @@ KERNEL(jpda_share_out, HYPOTHESES
     double *of_echo = ZEROS(double, m);
     for (int64_t k = 0; k < pairs.count; k++)
         of_echo[pairs.echoes[k]] += pairs.share[k];
-    for (int64_t j = 0; j < m; j++)
-        explained[j] = of_echo[j] > MORE_LIKELY;
+    for (int64_t j = 0; j < m; j++) /* an echo that is more likely of an object starts no new one */
+        explained[j] = of_echo[j] > 0.5;
     for (int64_t k = 0; k < all.count; k++)
         left[k] = is_pair(&all, k, n, m) && !first[all.objects[k]] && !explained[all.echoes[k]];
     counts[0] = put_together(&pairs, &objects, &echoes, FLOAT(9), SIZE(11, 0), best, ARRAY(double, 12),

@@ -2,6 +2,7 @@
 
 #include "ods/tracker/association/hypotheses/gating.h"
 #include "ods/tracker/association/split_merged.h"
+#include "ods/tracker/measurement/coverage/normal.h"
 #include "ods/tracker/measurement/model.h"
 #include "ods/tracker/existence/evidence.h"
 
@@ -9,8 +10,6 @@
    it sets in as the first of these does. */
 #define JOINED 1.6
 #define LEAST_JOINED_M 1.5
-/* An echo is smaller than its object, and so may be a part of it, if it is by so many of its standard deviations. */
-#define SMALLER_SIGMAS 3.0
 /* Of a table whose rows have names. */
 #define ROWS(NAMES) ((int64_t)(sizeof(NAMES) / sizeof(double *)))
 
@@ -45,8 +44,8 @@ static Parts parts_inside(const Image *image, bool *loose)
     return parts;
 }
 
-/* Puts together what is seen only in parts: `split`, and those of the pairs whose echo is a part as well; says of which
-   pairs that is, (pairs,). An object that has an echo of its own as a whole is not seen in parts. */
+/* Puts together what is seen only in parts: `split`, and those of the pairs whose echo is a part as well, as it is
+   smaller than its object; says of which pairs that is, (pairs,). An object that has an echo of its own as a whole is not seen in parts. */
 static Together seen_in_parts(const Image *image, const Hypotheses *pairs, const Parts *split, bool *also_part)
 {
     const EchoRows *echoes = &image->echoes;
@@ -56,7 +55,7 @@ static Together seen_in_parts(const Image *image, const Hypotheses *pairs, const
         in_parts[split->objects[part]] = true;
     for (int64_t k = 0; k < pairs->count; k++) {
         const int64_t i = pairs->objects[k], j = pairs->echoes[k];
-        const double largest = echoes->radius[j] + SMALLER_SIGMAS * echoes->sigma_radius[j];
+        const double largest = echoes->radius[j] + BEYOND_CHANCE * echoes->sigma_radius[j];
         also_part[k] = in_parts[i] && largest < image->bodies.radius[i];
         if (also_part[k])
             add_part(&parts, i, j, pairs->llr[k]);
@@ -94,7 +93,7 @@ static void fill_shown(Shown *shown, const Image *image, const Hypotheses *pairs
     for (int64_t k = 0; k < parts->count; k++) {
         const int64_t i = parts->objects[k];
         shown->objects[wholes + k] = i, shown->llr[wholes + k] = parts->llr[k];
-        shown->off_centre[wholes + k] = square(PART_SHARE * image->bodies.radius[i]);
+        shown->off_centre[wholes + k] = square(PARTS * image->bodies.radius[i]);
     }
     for (int64_t row = 0; row < ROWS(EchoRows); row++) {
         double *out = shown->table + row * shown->count;

@@ -11,17 +11,14 @@ from ods.tracker.association.hypotheses import gating
 from ods.tracker.association.hypotheses.clutter import Clutter, ClutterDensity
 from ods.tracker.association.hypotheses.gating import Detectability
 from ods.tracker.association.registry import Association
-from ods.tracker.existence.evidence import NewTrackEvidence, ScanEvidence
-from ods.tracker.measurement.coverage.cut_off import nothing_twice
+from ods.tracker.existence.evidence import ScanEvidence
+from ods.tracker.measurement.coverage.cut_off import NOT_MEASURED, nothing_twice
 from ods.tracker.measurement.coverage.field_of_view import FieldOfView
 from ods.tracker.measurement.model import PositionMeasurement, position_measurement
 from ods.tracker.measurement.scan import Echoes, Scan
 from ods.tracker.named import Named
 from ods.tracker.prediction import ScanPrediction
 from ods.tracker.settings import EchoSettings
-
-NO_RADIUS = 1e6
-"""Variance of a radius that was not measured, m^2."""
 
 
 class ScanMatch(NamedTuple):
@@ -36,9 +33,11 @@ class ScanMatch(NamedTuple):
     evidence: Named[ScanEvidence]
     """What the image shows of each."""
     unexplained: PositionMeasurement | None
-    """Where echoes come from that no object explains, k; None: there are none,"""
-    new: NewTrackEvidence
-    """and what is known of them."""
+    """Where echoes come from that no object explains, k; None: there are none."""
+    rest: Echoes
+    """These k echoes,"""
+    density: Floats
+    """and (k,) false alarms a scan if there were as many everywhere as at each."""
     free: Mask
     """(m,) echoes that no confirmed object explains."""
 
@@ -83,7 +82,8 @@ def match_scan(
         hit=seen.hit,
         evidence=seen.evidence,
         unexplained=elsewhere,
-        new=NewTrackEvidence(density.per_scan.take(seen.unexplained), rest.rows.onset, rest.rows.front),
+        rest=rest,
+        density=density.per_scan.take(seen.unexplained),
         free=seen.free,
     )
 
@@ -126,5 +126,7 @@ def _measured(shown: Shown, prediction: ScanPrediction, half_vertical: float) ->
     return found._replace(
         variance_north=found.variance_north + off_centre,
         variance_east=found.variance_east + off_centre,
-        radius_variance=np.where(off_centre > 0.0, np.maximum(NO_RADIUS, found.radius_variance), found.radius_variance),
+        radius_variance=np.where(
+            off_centre > 0.0, np.maximum(NOT_MEASURED, found.radius_variance), found.radius_variance
+        ),
     )

@@ -6,10 +6,6 @@
 #include "ods/tracker/association/hypotheses/gating.h"
 #include "ods/tracker/measurement/model.h"
 
-/* The middle of the parts of a large object that are seen lies off its centre by about this share of its radius. */
-#define PART_SHARE 0.5
-/* The echo of two objects at one place is off the centre of each by at least this. */
-#define SMALLEST_OFFSET_M 1e-3
 
 /* n objects, as they are predicted. */
 typedef struct {
@@ -134,7 +130,7 @@ static inline void find_merged(const Bodies *bodies, const double *position, con
                          reach = radius[i] + radius[j];
             if (!(reach > 0.0 && apart_2 < square(reach)))
                 continue;
-            const double half = square(larger(0.5 * sqrt(apart_2), SMALLEST_OFFSET_M));
+            const double half = square(larger(0.5 * sqrt(apart_2), NEAREST_M));
             variance[i] = larger(half, variance[i]);
             variance[j] = larger(half, variance[j]);
         }

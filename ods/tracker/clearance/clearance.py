@@ -10,11 +10,11 @@ from ods.base.clock import NS
 from ods.base.frames.geometry import rotation_matrix
 from ods.compiled import native
 from ods.messages import Clearance, Detections, Obstacle, ObstacleList, PoseAt
-from ods.tracker.clearance.fan_mask import SIGMAS, Extent, extents_of, fan_mask
+from ods.tracker.clearance.fan_mask import Extent, extents_of, fan_mask
 from ods.tracker.clearance.free_grid import FreeGrid, Head
 from ods.tracker.clearance.sectors import Bodies, clear_water, nearest_body
 from ods.tracker.measurement.coverage.looked import looked_of
-from ods.tracker.settings import ClearanceSettings
+from ods.tracker.settings import MARGIN_SIGMAS, ClearanceSettings
 
 FAR_TURN_S = 5.0
 """A rate of turn is that between two pings no farther apart; else it is not known."""
@@ -76,7 +76,7 @@ class ClearanceKeeper:
         to_m, from_m = np.zeros(n), np.zeros(n)
         if self._grid is not None:
             from_m, to_m = clear_water(self._grid.free(obstacles.t_ns / NS), self._grid.cell_m, n)
-            to_m = np.minimum(to_m, nearest_body(bodies, n, SIGMAS))
+            to_m = np.minimum(to_m, nearest_body(bodies, n, MARGIN_SIGMAS))
             if obstacles.left_out:
                 to_m = np.minimum(to_m, max(bodies.distance_m, default=0.0))
             nothing = to_m <= from_m
@@ -119,7 +119,7 @@ _Body = tuple[float, float, float, float]
 def _of_obstacle(obstacle: Obstacle, place: Sequence[float]) -> _Body:
     north, east = (obstacle.position_ned[axis] - place[axis] for axis in (0, 1))
     sigma = math.hypot(max(obstacle.sigma_position[:2]), obstacle.sigma_radius)
-    away, wide = math.hypot(north, east), obstacle.radius_m + SIGMAS * sigma
+    away, wide = math.hypot(north, east), obstacle.radius_m + MARGIN_SIGMAS * sigma
     half = math.pi if away <= wide else math.asin(wide / away)
     return math.atan2(east, north), half, max(away - obstacle.radius_m, 0.0), sigma
 

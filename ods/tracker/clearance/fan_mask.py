@@ -9,10 +9,9 @@ import numpy as np
 from ods.base.arrays import Bytes, Mask
 from ods.messages import Detection, Sector, UnseenPart
 from ods.tracker.measurement.scan import NOT_SWEPT
+from ods.tracker.settings import MARGIN_SIGMAS
 
-BEARINGS, RANGES = 128, 128
-SIGMAS = 2.0
-"""Standard deviations by which echoes may be nearer and wider."""
+BEARINGS = RANGES = 128
 
 
 class FanMask(NamedTuple):
@@ -84,11 +83,11 @@ def extents_of(echoes: Sequence[Detection]) -> list[Extent]:
 
 
 def _extent_of(echo: Detection) -> Extent:
-    near = echo.near_m - SIGMAS * echo.sigma_near_m
+    near = echo.near_m - MARGIN_SIGMAS * echo.sigma_near_m
     if not echo.sigma_near_m > 0.0:  # not reported
-        near = echo.range_m - echo.radius_m - SIGMAS * echo.sigma_range_m
+        near = echo.range_m - echo.radius_m - MARGIN_SIGMAS * echo.sigma_range_m
     far = max(echo.range_m + echo.radius_m, near + echo.range_extent_m)
-    half = 0.5 * echo.bearing_extent_rad + SIGMAS * echo.sigma_bearing_rad
+    half = 0.5 * echo.bearing_extent_rad + MARGIN_SIGMAS * echo.sigma_bearing_rad
     return Extent(max(near, 0.0), far, min(half, math.pi), echo.bearing_rad, echo.elevation_rad)
 
 

@@ -25,9 +25,7 @@ ROOM = 1.05
 SMALLEST = 0.4
 """or is less than this share of it."""
 SIDE = 2 * REACH + 1
-HALF_DIAGONAL = math.sqrt(0.5)
-"""Of a cell, in cells."""
-NEVER = -1e18
+NEVER = -math.inf
 
 Counts = NDArray[np.uint16]
 

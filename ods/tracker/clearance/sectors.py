@@ -8,9 +8,9 @@ import numpy as np
 
 from ods.base.arrays import Floats, Ints32, Mask
 from ods.compiled import native
-from ods.tracker.clearance.free_grid import HALF_DIAGONAL, REACH, SIDE
+from ods.tracker.clearance.free_grid import REACH, SIDE
 
-BLUR = 2.0 * HALF_DIAGONAL
+BLUR = math.sqrt(2.0)
 """Largest distance of a point in a cell from its middle, cells, seen from a vehicle anywhere in its own."""
 
 

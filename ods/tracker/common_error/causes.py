@@ -12,10 +12,8 @@ from ods.tracker.common_error.sightings import EAST, LATENCY, NORTH, SCALE, TURN
 
 FEWEST = 3
 """Objects. Two may be movers by chance."""
-FEWEST_BESIDE = 4
-"""The same where another object is left out, as it goes its own way:"""
 OWN_WAY = 2.0
-"""Least ratio by which an error reduces the mean square of the residuals."""
+"""An object goes its own way, and is left out, if the others alone leave a mean square less by this ratio."""
 SIGNIFICANT = 5.0
 """Standard deviations from which on an error is certain,"""
 SURELY = 3.0
@@ -132,23 +130,24 @@ def _far_off(value: float, sigma: float) -> str:
     return f"static objects seem to move {ratio} as fast as the vehicle: a heading far off, or ranges in another unit?"
 
 
-DRIFT = Cause((NORTH, EAST), (), 0.1, math.inf, 5.0, _drift)
+DRIFT = Cause((NORTH, EAST), (), 0.1, math.inf, math.inf, _drift)
 """Movers alike may be a convoy, or buoys in a current."""
 NO_CONVOY = 0.5
 """The limit, m/s, where the poses themselves are doubtful."""
-FAR_OFF = Cause((YAW, SCALE), (), 0.9, 1.0, 5.0, _far_off)
+FAR_OFF = Cause((YAW, SCALE), (), 0.9, 1.0, math.inf, _far_off)
 """A heading and a scale of any size. Only a heading off by more than 60 degrees, or a range in another unit, makes what
 is static faster than the vehicle."""
 FASTEST_TURN = math.radians(0.5)
 """With a faster one places are off by more than they claim, within seconds. No movers turn about us."""
-FAST_TURN = Cause((TURN,), (NORTH, EAST), math.radians(0.2), FASTEST_TURN, math.radians(60.0), _turn)
+LARGEST_ANGLE = math.radians(60.0)
+FAST_TURN = Cause((TURN,), (NORTH, EAST), math.radians(0.2), FASTEST_TURN, LARGEST_ANGLE, _turn)
 """By an angle of any size: the angle itself is as a drift."""
 MIRRORED = FAST_TURN._replace(words=_mirrored)
 TWICE = 0.15
 """Share by which such a turn may differ from twice the vehicle's."""
-SLOW_TURN = Cause((TURN,), (YAW,), math.radians(0.05), FASTEST_TURN, math.radians(0.5), _turn)
+SLOW_TURN = Cause((TURN,), (YAW,), math.radians(0.05), FASTEST_TURN, FASTEST_TURN, _turn)
 """By a small angle, which itself is as an error of the yaw."""
-WRONG_YAW = Cause((YAW,), (), math.radians(0.5), math.radians(5.0), math.radians(60.0), _yaw)
+WRONG_YAW = Cause((YAW,), (), math.radians(0.5), math.radians(5.0), LARGEST_ANGLE, _yaw)
 """A larger one is far off."""
 WRONG_SCALE = Cause((SCALE,), (), 0.005, 0.05, 0.1, _scale)
 LATE_POSES = Cause((LATENCY,), (), 0.02, 0.3, 0.5, _latency)
@@ -188,7 +187,7 @@ def _fitted(reduced: Reduced, cause: Cause) -> Finding | None:
     """Return how large an error is, without the objects that go their own way."""
     found = fit(reduced, cause.judged + cause.beside)
     for _ in range(len(reduced.freedom) // FEWEST):
-        if found is None or len(reduced.freedom) <= FEWEST_BESIDE:
+        if found is None or len(reduced.freedom) <= FEWEST + 1:
             break
         best = int(found.left_without.argmin())
         if found.left < OWN_WAY * max(1.0, float(found.left_without[best])):

@@ -12,20 +12,33 @@ import numpy as np
 
 from ods.base.arrays import Floats, Ints
 from ods.compiled import native
-from ods.tracker.common_error.sightings import COLUMNS, EAST, NORTH, OWN, SCALE, TURN, YAW, Sightings
+from ods.tracker.common_error.sightings import (
+    EAST,
+    EAST_OF_OBJECT,
+    NORTH,
+    NORTH_OF_OBJECT,
+    OWN,
+    SCALE,
+    TURN,
+    WHOLE,
+    YAW,
+    Sightings,
+)
 
-NEARER_SIGMA_M, DEPTH_SIGMA_M = 2.0, 3.0
-"""Of what is not known of an object: its half thickness, and by how much it lies deeper or higher than the head."""
+FAST_MEMORY_S, SLOW_MEMORY_S = 1.0, 60.0
+"""A short memory finds a fast drift soon, a long one finds what is slow or small."""
+PLACE_SIGMA_M, NEARER_SIGMA_M, DEPTH_SIGMA_M = 1e4, 2.0, 3.0
+"""Of what is not known of an object: its place, its half thickness, and by how much it lies deeper or higher than the
+head."""
 LEAST_MEMORY = 7.0
 """Of pings, where they come so seldom that a memory in seconds would hold fewer."""
 SEEN_LEAST = 3.0
 """Sightings of an object, those that fade counted in part, below which it shows nothing;"""
 FORGOTTEN = 0.5
 """and below which it is forgotten."""
-WHOLE = COLUMNS + 1
-RATES = np.array([YAW, 0, 1]), np.array([TURN, NORTH, EAST])
+RATES = np.array([YAW, NORTH_OF_OBJECT, EAST_OF_OBJECT]), np.array([TURN, NORTH, EAST])
 """Columns of what changes with time, and of its rates."""
-OWN_INFORMATION = np.diag([1e-8, 1e-8, NEARER_SIGMA_M**-2, DEPTH_SIGMA_M**-4])
+OWN_INFORMATION = np.diag(np.reciprocal(np.square([PLACE_SIGMA_M, PLACE_SIGMA_M, NEARER_SIGMA_M, DEPTH_SIGMA_M**2])))
 
 
 class Reduced(NamedTuple):

@@ -11,15 +11,13 @@ import numpy as np
 
 from ods.base.clock import NS
 from ods.tracker.common_error.causes import DRIFT, FAST, SLOW, Finding, explanations, found_turn, too_much
-from ods.tracker.common_error.least_squares import FadingSums
+from ods.tracker.common_error.least_squares import FAST_MEMORY_S, SLOW_MEMORY_S, FadingSums
 from ods.tracker.common_error.sightings import Motion, design_of, sightings_of
 from ods.tracker.common_error.turned import EchoTurn
 from ods.tracker.existence.lifecycle import ACTIVE, STAND_BY
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.output.snapshot import Snapshot
 
-FAST_MEMORY_S, SLOW_MEMORY_S = 1.0, 60.0
-"""A short memory finds a fast drift soon, a long one finds what is slow or small."""
 SEEN_EVERY_S, FITTED_EVERY_S = 0.1, 0.5
 HELD_S = 5.0
 """Time for which a found error is reported, s: three objects are not always in view."""

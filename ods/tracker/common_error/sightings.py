@@ -17,13 +17,15 @@ REACH_M = 1.5
 LEAST_SIGMA_M, LEAST_SIGMA_RAD = 0.05, 0.003
 """Least standard deviation of an echo's position, m, whatever it claims."""
 
-OWN = 4
-"""Unknowns of each object, the first columns of the design: north, east, m; by how much the echo is nearer than the
-middle, m; the square of the difference in depth, m^2, which makes a slant range longer by 1 / (2 range) of it."""
-YAW, TURN, SCALE, LATENCY, NORTH, EAST = range(OWN, OWN + 6)
-"""The columns of the errors in common: of the heading, rad, and its rate, rad/s; of the ranges, a share; of the poses'
-time, s (positive: they are stamped too early); rates of the place, m/s. Rates count from now: both are 0 now."""
-COLUMNS = OWN + 6
+WHOLE = 11
+NORTH_OF_OBJECT, EAST_OF_OBJECT, NEARER, DEPTH, YAW, TURN, SCALE, LATENCY, NORTH, EAST, COLUMNS = range(WHOLE)
+"""Columns of the design. First the unknowns of each object: north, east, m; by how much the echo is nearer than the
+middle, m; the square of the difference in depth, m^2, which makes a slant range longer by 1 / (2 range) of it. Then
+the errors in common: of the heading, rad, and its rate, rad/s; of the ranges, a share; of the poses' time, s (positive:
+they are stamped too early); rates of the place, m/s. Rates count from now: both are 0 now. Normal equations have one
+more, that of the places seen."""
+OWN = YAW
+"""Number of unknowns of each object."""
 
 
 class Motion(NamedTuple):

@@ -13,7 +13,8 @@ import numpy as np
 
 from ods.base.arrays import Floats, Ints
 from ods.base.clock import NS
-from ods.tracker.common_error.least_squares import WHOLE, Reduced
+from ods.tracker.common_error.causes import SURELY
+from ods.tracker.common_error.least_squares import FAST_MEMORY_S, Reduced
 from ods.tracker.common_error.sightings import (
     EAST,
     LARGEST_M,
@@ -22,16 +23,16 @@ from ods.tracker.common_error.sightings import (
     NORTH,
     OWN,
     TURN,
+    WHOLE,
 )
 from ods.tracker.measurement.scan import Scan, Vehicle
 
-AGO_S = 1.0
-"""Between the pings compared, s; where pings come more seldom, from one to the next, up to"""
 LONGEST_S = 3.0
+"""Pings are compared that are `FAST_MEMORY_S` apart; where they come more seldom, from one to the next, up to this."""
 LEAST_TURN, MOST_TURN = 0.05, 0.8
 """A smaller turn, rad, tracks follow; a larger one takes most echoes out of the fan."""
-GATE_M, GATE_SIGMAS = 0.5, 3.0
-"""Ranges of a pair may differ by so much, and bearings by so many standard deviations."""
+GATE_M = 0.5
+"""Ranges of a pair may differ by so much, and bearings by `SURELY` standard deviations."""
 MOST_AGREE, MORE_THAN_STILL = 0.6, 2.0
 """Share of the echoes that must agree with the turn, of those that it leaves in the fan; and the ratio of their number
 to that of those that agree with none."""
@@ -87,11 +88,11 @@ class EchoTurn:
             return None
         now = _echoes(scan, scan.vehicle)
         self._echoes.append(now)
-        while len(self._echoes) > 2 and now.t_s - self._echoes[1].t_s >= AGO_S:
+        while len(self._echoes) > 2 and now.t_s - self._echoes[1].t_s >= FAST_MEMORY_S:
             self._echoes.popleft()
         before = self._echoes[0]
         seconds = now.t_s - before.t_s
-        if not AGO_S <= seconds <= LONGEST_S:
+        if not FAST_MEMORY_S <= seconds <= LONGEST_S:
             return None
         pairs = _pairs(before, now)
         if pairs is None:
@@ -132,7 +133,7 @@ def _pairs(before: _Echoes, now: _Echoes) -> _Pairs | None:
     (range_a, azimuth_a), (range_b, azimuth_b) = _polar(before.place, now.head), _polar(now.place, now.head)
     a, b = (np.abs(range_a[:, None] - range_b) < GATE_M).nonzero()
     turn = _wrapped(azimuth_b[b] - azimuth_a[a])
-    gate = GATE_SIGMAS * np.hypot(before.sigma[a, 1], now.sigma[b, 1])
+    gate = SURELY * np.hypot(before.sigma[a, 1], now.sigma[b, 1])
     still = _different(a[np.abs(turn) < gate])
     if _different(a) < max(FEWEST_PAIRS, MORE_THAN_STILL * still):
         return None

@@ -37,7 +37,9 @@
 
    A new feature is one more line in FEATURE, its two functions, three rows of the table, and what is measured. */
 
+#include "ods/tracker/association/hypotheses/gating.h"
 #include "ods/tracker/existence/evidence.h"
+#include "ods/tracker/existence/lifecycle.h"
 #include "ods/tracker/measurement/scan.h"
 
 /* Share of the tracks with one echo that each scan of their place ends, as errors of association; with more echoes
@@ -45,20 +47,18 @@
 #define YOUNG 0.045
 /* A miss is never more certain than this. */
 #define LEAST_MISSED 1e-3
-/* Largest log-likelihood ratio of one echo; e^30 leaves nothing of any doubt. */
-#define MOST_EVIDENCE 30.0
 
 /* `ExistenceModel` of model.py, which says what each is. */
 typedef struct {
     double object_hit_rate, object_scans, clutter_hit_rate, clutter_scans, crowded_scans, crowd_a_second, crowd_power;
     double sharp, object_sharp, object_slow, clutter_sharp, clutter_slow;
-    double onset_for, onset_enough, odds_factor;
-    double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
+    double most_ratio, onset_enough, odds_factor;
+    double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for;
     double motion_for;
     double new_share, many, share_tracks, memory;
 } Model;
 
-#define MODEL "f8[28] model"
+#define MODEL "f8[27] model"
 
 /* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended; the last scans, and their echoes
    that no confirmed track explains. */
@@ -121,7 +121,7 @@ static double likelihood(double rate, double expected, double ratio)
    of the scan, between an object and clutter. */
 static State update(State state, bool hit, double llr, double expected, HitRates rates, double weight)
 {
-    const double ratio = hit ? exp(smaller(MOST_EVIDENCE, llr)) : 0.0;
+    const double ratio = hit ? exp(smaller(MOST_RATIO, llr)) : 0.0;
     const double object = likelihood(rates.object, expected, ratio), clutter = likelihood(rates.clutter, expected, ratio);
     return normalized(state.visible * object, state.silent, state.nothing,
                       state.clutter * object * (weight < 1.0 ? pow(clutter / object, weight) : clutter / object));
@@ -175,7 +175,7 @@ static double onset_ratio(double sum, double count, const Prior *prior)
     const double clutter = log_beta(m->clutter_sharp + sum, m->clutter_slow + slow) -
                            log_beta(m->clutter_sharp, m->clutter_slow);
     const double least = count >= m->onset_enough ? -INFINITY : 0.0;
-    return smaller(m->onset_for, larger(least, object - clutter));
+    return smaller(m->most_ratio, larger(least, object - clutter));
 }
 
 static void update_edge(double *sum, double *count, double echo, const Prior *prior)
@@ -192,7 +192,7 @@ static double edge_ratio(double sum, double count, const Prior *prior)
     const Model *m = prior->model;
     const double over = sum - 0.5 * (m->object_edge + m->clutter_edge) * count;
     const double ratio = (m->object_edge - m->clutter_edge) * over / (m->edge_variance * (count + m->edge_few));
-    return smaller(m->edge_for, larger(-m->edge_against, ratio));
+    return smaller(m->edge_for, larger(-m->most_ratio, ratio));
 }
 
 /* The last value counts: the filter has put all echoes together. */
@@ -314,14 +314,15 @@ static void keep(const ExistenceTable *tracks, int64_t i, State state)
 
 /* Sets tracks from `first` on, one an unexplained echo, given births a scan and false alarms a scan at each. */
 KERNEL(existence_begin,
-       "out f8[17,n] tracks, int first, float births, f8[k] density, f8[k] onset, f8[k] edge, " COUNTS ", " MODEL)
+       "out f8[17,n] tracks, int first, float births, f8[k] density, f8[12,k] echoes, " COUNTS ", " MODEL)
 {
     const int64_t first = INT(1), n = SIZE(0, 1);
     const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
     const double births = FLOAT(2), *density = ARRAY(const double, 3);
-    const double *const measured[FEATURES] = {ARRAY(const double, 4), ARRAY(const double, 5)};
-    const Model *m = ARRAY(const Model, 7);
-    const Prior prior = {.model = m, .clutter_share = clutter_share_of(ARRAY(const Counts, 6), m)};
+    const EchoRows echoes = echo_rows(ARRAY(double, 4), SIZE(4, 1));
+    const double *const measured[FEATURES] = {echoes.onset, echoes.front};
+    const Model *m = ARRAY(const Model, 6);
+    const Prior prior = {.model = m, .clutter_share = clutter_share_of(ARRAY(const Counts, 5), m)};
     for (int64_t k = 0; k < SIZE(3, 0) && first + k < n; k++) {
         const int64_t i = first + k;
         const double none = density[k] / (births + density[k]);
@@ -366,7 +367,7 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
     tracks->scans[i] += weight * (hit ? 1.0 : watched);
 }
 
-/* Updates n tracks by a scan, `dt` seconds after the one before; `weight`: of the scan (coherence.py). */
+/* Updates n tracks by a scan, `dt` seconds after the one before; `weight`: of the scan (`Coherence`). */
 KERNEL(existence_update,
        "out f8[17,n] tracks, i8[n] echoes, b1[n] confirmed, b1[n] hit, f8[5,n] evidence, f8[n] static, float dt, "
        "float weight, float silence, float recovery, float loss, float detection_probability, float static_prior, " COUNTS
@@ -385,4 +386,126 @@ KERNEL(existence_update,
                        measured};
     for (int64_t i = 0; i < n; i++)
         update_track(&tracks, i, &evidence, echoes[i], hit[i], confirmed[i], &of, &prior);
+}
+
+/* --- What became of the tracks --- */
+
+/* Takes note that the objects `rows` were seen. */
+KERNEL(tracks_seen, "out i8[8,n] history, i8[k] rows, int t_ns, int utc_ns")
+{
+    const int64_t n = SIZE(0, 1), *rows = ARRAY(const int64_t, 1);
+    const History history = history_rows(ARRAY(int64_t, 0), n);
+    for (int64_t k = 0; k < SIZE(1, 0); k++) {
+        const int64_t i = rows[k];
+        if (i < 0 || i >= n)
+            continue;
+        history.echoes[i]++;
+        history.last[i] = INT(2);
+        history.last_utc[i] = INT(3);
+        history.unwatched[i] = 0;
+    }
+}
+
+/* Sets tentative objects from `first` on, seen once. */
+KERNEL(tracks_begin, "out i8[8,n] history, int first, int t_ns, int utc_ns")
+{
+    const int64_t n = SIZE(0, 1);
+    const History history = history_rows(ARRAY(int64_t, 0), n);
+    for (int64_t i = larger_i(INT(1), 0); i < n; i++) {
+        history.state[i] = TENTATIVE;
+        history.echoes[i] = 1;
+        history.born[i] = history.last[i] = INT(2);
+        history.first_utc[i] = history.last_utc[i] = INT(3);
+    }
+}
+
+/* --- The next states --- */
+
+/* What is known of n objects: fields of `Estimate`, (3, n) and (n,), and probabilities from which on one does not move. */
+typedef struct {
+    const double *position, *variance, *shared, *radius, *is_static;
+    int64_t n;
+    double at_rest, surely_at_rest;
+} Known;
+
+/* What the image shows of them: (n,) each. */
+typedef struct {
+    const bool *hit, *inside, *skipped;
+} Shown;
+
+/* Returns the larger standard deviation of north and east; of one at rest without what all pings share. */
+static double sigma_of(const Known *known, int64_t i)
+{
+    const double moving = 1.0 - known->is_static[i];
+    const double north = known->variance[i] + moving * known->shared[i];
+    const double east = known->variance[known->n + i] + moving * known->shared[known->n + i];
+    return sqrt(larger(east, north));
+}
+
+/* Finds the confirmed objects that the image does not show, and those at rest that it does. */
+static void find_missed_and_hiding(const History *history, const Known *known, const bool *hit, Some *missed,
+                                   Some *hiding)
+{
+    int64_t *of_missed = SCRATCH(int64_t, known->n), *of_hiding = SCRATCH(int64_t, known->n);
+    *missed = (Some){of_missed, 0}, *hiding = (Some){of_hiding, 0};
+    for (int64_t i = 0; i < known->n; i++) {
+        if (history->state[i] != TENTATIVE && !hit[i])
+            of_missed[missed->count++] = i;
+        if (history->state[i] == ACTIVE && hit[i] && known->is_static[i] >= known->surely_at_rest)
+            of_hiding[hiding->count++] = i;
+    }
+}
+
+/* Fills in the next states, and whether any object is lost out of view, is confirmed, and ends or rests once confirmed;
+   `odds_factor`: of `ExistenceModel`; `rest`, `static_from`: `REST` and `STATIC` of the
+   settings. */
+KERNEL(next_states,
+       "i8[8,n] history, f8[17,n] existence, b1[n] hit, b1[n] inside, b1[n] skipped, f8[3,n] position, f8[3,n] variance, "
+       "f8[3,n] shared, f8[n] radius, f8[n] static, int t_ns, float odds_factor, float rest, "
+       "float static_from, " LIFE_LIMITS ", out i8[n] states, out b1[3] events")
+{
+    const int64_t n = SIZE(0, 1), t_ns = INT(10);
+    const History history = history_rows(ARRAY(int64_t, 0), n);
+    const ExistenceTable tracks = existence_rows(ARRAY(double, 1), n);
+    const Shown shown = {ARRAY(const bool, 2), ARRAY(const bool, 3), ARRAY(const bool, 4)};
+    const Known known = {.position = ARRAY(const double, 5),
+                         .variance = ARRAY(const double, 6),
+                         .shared = ARRAY(const double, 7),
+                         .radius = ARRAY(const double, 8),
+                         .is_static = ARRAY(const double, 9),
+                         .n = n,
+                         .at_rest = FLOAT(12),
+                         .surely_at_rest = FLOAT(13)};
+    const Circles circles = {known.position, known.position + n, known.radius};
+    const LifeLimits limits = limits_from(arguments, 14);
+    int64_t *states = ARRAY(int64_t, 21);
+    bool *events = ARRAY(bool, 22), *lost = events, *confirmed = events + 1, *for_the_map = events + 2;
+    Some missed, hiding;
+    memset(events, 0, 3 * sizeof *events);
+    find_missed_and_hiding(&history, &known, shown.hit, &missed, &hiding);
+    for (int64_t i = 0; i < n; i++) {
+        const int64_t state = history.state[i], unseen_ns = t_ns - history.last[i];
+        const bool rests = state == STAND_BY && known.is_static[i] >= known.surely_at_rest;
+        const bool young = state == TENTATIVE && shown.hit[i];
+        const Evidence evidence = {
+            .hit = shown.hit[i],
+            .inside = shown.inside[i],
+            .skipped = shown.skipped[i],
+            .echoes = history.echoes[i],
+            .unseen_s = seconds(unseen_ns),
+            .missed_s = seconds(unseen_ns - history.unwatched[i]),
+            .existence = state == TENTATIVE ? confirmation_probability(&tracks, i, FLOAT(11))
+                                            : tracks.visible[i] + tracks.silent[i],
+            .visible = tracks.visible[i],
+            .first_visible = tracks.first_visible[i],
+            .is_static = known.is_static[i] >= known.at_rest,
+            .covered = rests && is_covered(i, hiding, &circles),
+            .duplicate = young && is_duplicate(i, missed, &history, &circles),
+            .sigma = sigma_of(&known, i),
+        };
+        const int64_t after = states[i] = next_state_of(state, &evidence, &limits);
+        *lost |= after == STAND_BY && !shown.inside[i];
+        *confirmed |= state == TENTATIVE && after == ACTIVE;
+        *for_the_map |= after == HIBERNATED || (after == TERMINATED && state != TENTATIVE);
+    }
 }

@@ -4,15 +4,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Mask
+from ods.base.arrays import Floats
 from ods.compiled import native
-from ods.tracker.existence.model import MODEL
-from ods.tracker.measurement.scan import Echoes
+from ods.tracker.measurement.scan import Echoes, EchoRows
 
 LENGTH = 4
 CLUTTER_TRACKS, ENDED_TRACKS, SCANS, ECHOES = range(LENGTH)
 """Places in the array: weighted counts of tracks; scans, and their echoes that no confirmed track explains."""
-ROUNDING = 1e-9
+ROUNDING = 1e-6
+
+SAME_RANGE_M, SAME_BEARING_RAD, SAME_DB = 0.05, 0.005, 0.5
+"""An echo that differs by less from one of the scan before is the same."""
+MOST = 64
+"""Of so many echoes of a scan."""
+STILL = 0.25
+"""Share of such echoes from which on the sonar is at rest: 0.00 to 0.02 under way, 0.54 to 0.98 at rest (simulated)."""
+MEMORY = 0.8
+"""Share of the sums of echoes that a scan leaves of those before."""
+WEIGHT_AT_REST = 0.1
+"""Weight of a scan then: only the receiver's noise is another one."""
 
 
 class ExistenceTable(NamedTuple):
@@ -69,16 +79,6 @@ class ScanEvidence(NamedTuple):
     """`Detection.front`, likewise."""
 
 
-class NewTrackEvidence(NamedTuple):
-    """Evidence of k echoes that no track explains: (k,) each."""
-
-    density: Floats
-    """False alarms a scan if there were as many everywhere as there."""
-    onset: Floats
-    """Of the echo; 0: not measured."""
-    leading_edge: Floats
-
-
 class ClutterStatistics:
     """What clutter is like before this bed and this sonar: sums and counts that fade from scan to scan."""
 
@@ -99,10 +99,22 @@ class ClutterStatistics:
             raise ValueError("invalid checkpoint: clutter statistics need counts >= 0, and parts <= totals")
         self.values = found
 
-    def count(self, echoes: Echoes, free: Mask) -> None:
-        """Count the echoes of a scan that no confirmed track explains, (m,) `free`, if they measure a strength."""
-        native.clutter_count_echoes(self.values, echoes.table, free, MODEL)
 
-    def learn(self, tracks: Floats, ended: Mask) -> None:
-        """Learn from the tracks that a scan ended, (n,), of a table of `ExistenceTable`. Called for every scan."""
-        native.clutter_learn(self.values, tracks, ended, MODEL)
+class Coherence:
+    """The weight of a scan as evidence: to a sonar at rest, speckle and crests look as they did before.
+
+    Scans are compared, not poses: an echo that is where it was to a few centimetres, and as strong to half a decibel,
+    is the same one again. Under way it is neither: its speckle is another one after some centimetres.
+    """
+
+    def __init__(self) -> None:
+        self._before: Floats = np.zeros((len(EchoRows._fields), 0))
+        self._same, self._all = 0.0, 0.0
+
+    def weight(self, echoes: Echoes) -> float:
+        """Return the weight of a scan: 1 under way, `WEIGHT_AT_REST` at rest."""
+        same: int = native.count_same_echoes(echoes.table, self._before, MOST, SAME_RANGE_M, SAME_BEARING_RAD, SAME_DB)
+        self._same = MEMORY * self._same + same
+        self._all = MEMORY * self._all + min(echoes.table.shape[1], MOST)
+        self._before = echoes.table
+        return WEIGHT_AT_REST if self._same > STILL * self._all else 1.0

@@ -7,10 +7,29 @@
 
 enum { TENTATIVE, ACTIVE, STAND_BY, HIBERNATED, TERMINATED };
 
+/* The rows of the table of `History` of tracks.py, (n,) each. */
+typedef struct {
+    int64_t *id, *state, *echoes, *first_utc;
+    int64_t *last_utc, *born, *last, *unwatched;
+} History;
+
+/* Names the rows of an (8, count) table: `i8[8,n]` in signatures. */
+static inline History history_rows(int64_t *table, int64_t count)
+{
+#define ROW(k) (table + (k) * count)
+    return (History){ROW(0), ROW(1), ROW(2), ROW(3), ROW(4), ROW(5), ROW(6), ROW(7)};
+#undef ROW
+}
+
 /* An object not proved is given up after so long without an echo, s, */
 #define TENTATIVE_SILENT_S 1.0
 /* or when its probability falls to this share of what it began with: two misses. */
 #define TENTATIVE_DOUBT 0.03
+
+static inline double seconds(int64_t ns)
+{
+    return (double)ns / 1e9;
+}
 
 /* What the newest image says of an object. */
 typedef struct {
@@ -82,6 +101,49 @@ static inline int64_t next_state_of(int64_t state, const Evidence *e, const Life
     if (state == STAND_BY || state == HIBERNATED)
         return found_again_or_not(state, e, doubted, limits);
     return state;
+}
+
+/* ---------------------------------------------------------------- two tracks of one object (stitching.py) */
+
+/* Some of n objects, by their numbers. */
+typedef struct {
+    const int64_t *numbers;
+    int64_t count;
+} Some;
+
+/* Where n objects are: (2 or more, n) north and east, m, and (n,) radii. */
+typedef struct {
+    const double *north, *east, *radius;
+} Circles;
+
+/* Tells whether the middles of two objects are horizontally nearer to each other than `reach`. */
+static inline bool are_near(const Circles *circles, int64_t i, int64_t j, double reach)
+{
+    const double north = circles->north[i] - circles->north[j], east = circles->east[i] - circles->east[j];
+    return reach > 0.0 && square(north) + square(east) < square(reach);
+}
+
+/* Tells whether young object i may be stray echoes of one of the `missed`, objects not seen in this image.
+
+   Their circles touch, and the old one was seen since the young one began, so that the young one does not continue it:
+   until an image shows both, they are one. */
+static inline bool is_duplicate(int64_t i, Some missed, const History *history, const Circles *circles)
+{
+    for (int64_t k = 0; k < missed.count; k++) {
+        const int64_t j = missed.numbers[k];
+        if (history->last[j] >= history->born[i] && are_near(circles, i, j, circles->radius[i] + circles->radius[j]))
+            return true;
+    }
+    return false;
+}
+
+/* Tells whether the middle of object i lies inside the circle of one of the `others`. */
+static inline bool is_covered(int64_t i, Some others, const Circles *circles)
+{
+    for (int64_t k = 0; k < others.count; k++)
+        if (are_near(circles, i, others.numbers[k], circles->radius[others.numbers[k]]))
+            return true;
+    return false;
 }
 
 #endif

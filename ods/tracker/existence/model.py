@@ -11,7 +11,7 @@ class ExistenceModel(NamedTuple):
     object_hit_rate: float = 0.85
     """Mean of the beta law of an object's hit rate,"""
     object_scans: float = 8.0
-    """and its weight; so many scans of a track count whole, though the sonar is at rest (`coherence.py`)."""
+    """and its weight; so many scans of a track count whole, though the sonar is at rest (`Coherence`)."""
     clutter_hit_rate: float = 0.3
     """The same of persistent clutter,"""
     clutter_scans: float = 12.0
@@ -33,10 +33,10 @@ class ExistenceModel(NamedTuple):
     """The same of clutter's: sharp ones,"""
     clutter_slow: float = 6.37
     """and others."""
-    onset_for: float = 3.0
-    """Largest log-likelihood ratio of the onset for an object;"""
+    most_ratio: float = 3.0
+    """Largest log-likelihood ratio of the onset for an object, and of the leading edge against one."""
     onset_enough: float = 8.0
-    """against one it counts from this number of echoes on."""
+    """Against an object the onset counts from this number of echoes on."""
     odds_factor: float = 3.3
     """Factor on the odds to confirm a new track where rises are measured: a few sharp echoes may be chance."""
 
@@ -53,9 +53,7 @@ class ExistenceModel(NamedTuple):
     edge_fade: float = 0.85
     """Share of the sums that an echo leaves of those before: the last seven count."""
     edge_for: float = 9.0
-    """Largest log-likelihood ratio of the leading edge for an object,"""
-    edge_against: float = 3.0
-    """and against one."""
+    """Largest log-likelihood ratio of the leading edge for an object."""
 
     motion_for: float = 2.5
     """Largest log-likelihood ratio of motion for an object; against one it says nothing."""

@@ -8,10 +8,11 @@ import msgspec
 from ods.base.errors import OdsError
 from ods.tracker.map.map_object import MapObject
 
-PACKET_BYTES = 1 << 18
+PACKET_BYTES = 0x4_0000
 OBJECTS_A_PACKET = 200
 """80 kB: Linux takes no packet larger than its send buffer, 200 kB as a rule."""
-IDS_A_PACKET = 2000
+FIRST_DELAY_S, LONGEST_DELAY_S = 0.5, 15.0
+"""Between attempts to open the file, and until its process is started again."""
 
 
 class Change(msgspec.Struct, frozen=True, tag=True):

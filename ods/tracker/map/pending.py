@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from itertools import islice
 
-from ods.tracker.map.link import IDS_A_PACKET, OBJECTS_A_PACKET, Change
+from ods.tracker.map.link import OBJECTS_A_PACKET, Change
 from ods.tracker.map.map_object import MapObject
 
 
@@ -46,7 +46,7 @@ class PendingChanges:
         """Return all changes, packet by packet."""
         put, remove = iter(self._put.values()), iter(self._remove)
         while True:
-            change = Change(list(islice(put, OBJECTS_A_PACKET)), list(islice(remove, IDS_A_PACKET)))
+            change = Change(list(islice(put, OBJECTS_A_PACKET)), list(islice(remove, OBJECTS_A_PACKET)))
             if not change.put and not change.remove:
                 return
             yield change

@@ -14,15 +14,23 @@ from typing import NamedTuple
 
 from ods.runtime.port.backoff import Backoff
 from ods.runtime.run_dir import Lock, RunDirError, is_locked
-from ods.tracker.map.link import OBJECTS_A_PACKET, Change, Failed, Known, Link, LinkEndedError, Message, Written
+from ods.tracker.map.link import (
+    FIRST_DELAY_S,
+    LONGEST_DELAY_S,
+    OBJECTS_A_PACKET,
+    Change,
+    Failed,
+    Known,
+    Link,
+    LinkEndedError,
+    Message,
+    Written,
+)
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.store import MapError, MapStore, open_map
 
-STANDARD_INPUT = 0
 LOCK = "map"
 """One writer at a time: a tracker that was killed may have left one that still waits for the disk."""
-FIRST_DELAY_S, LONGEST_DELAY_S = 0.5, 15.0
-"""Between attempts to open the file."""
 
 
 class _Opened(NamedTuple):
@@ -35,7 +43,7 @@ def serve(path: Path, origin_deg: tuple[float, float], run_dir: Path) -> None:
     """Serve the tracker at standard input until it has gone."""
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, signal.SIG_IGN)
-    link = Link(socket.socket(fileno=STANDARD_INPUT))
+    link = Link(socket.socket(fileno=sys.stdin.fileno()))
     opened = _opened(link, path, origin_deg, run_dir)
     if opened is None:
         return

@@ -11,10 +11,7 @@ from pathlib import Path
 from ods.base.clock import NS
 from ods.base.computer.overload import OverloadMonitor
 from ods.runtime.port.backoff import Backoff
-from ods.tracker.map.link import Change, Link, LinkEndedError, Message
-
-FIRST_DELAY_S, LONGEST_DELAY_S = 1.0, 30.0
-"""Until it is started again."""
+from ods.tracker.map.link import FIRST_DELAY_S, LONGEST_DELAY_S, Change, Link, LinkEndedError, Message
 
 
 class WriterProcess:

@@ -5,6 +5,11 @@
 
 #include "ods/tracker/measurement/scan.h"
 
+/* Distances, m, by which numbers are divided are no smaller. */
+#define NEAREST_M 1e-3
+/* Standard deviation of where what gives an echo of an object lies, in radii from its middle. */
+#define PARTS 0.5
+
 /* The rows of `PredictedMeasurement`'s table, which may have more axes than two: all its further axes are one here. */
 typedef struct {
     double *range_m, *bearing, *elevation, *horizontal;

@@ -69,38 +69,34 @@ class PositionMeasurement(NamedTuple):
     """(1,) of the noise of its tilt, rad^2: `sensitivity[HEIGHT]` has it, too."""
 
 
-def predicted_measurement(
-    position: Floats, variance: Floats, covariance_ne: Floats, vehicle: Vehicle, by_height: Floats | None = None
-) -> Named[PredictedMeasurement]:
+def predicted_measurements(
+    vehicle: Vehicle, *believed: tuple[Floats, Floats, Floats, Floats]
+) -> list[Named[PredictedMeasurement]]:
     """Predict what the sonar measures of objects: eq. 1 solved for the body frame, and the covariance.
 
-    position: (h, 3, n) NED, of h hypotheses of n objects; variance: (h, 3, n) of north and east at a given height, and
-    of the height; covariance_ne: (h, n) of north and east at a given height; by_height: (h, 2, n) by how much north and
-    east are larger for each metre that the object is lower, None: all 0. Without their first axis: of one hypothesis.
+    Each of `believed`, by h hypotheses of n objects: (h, 3, n) positions, NED; (h, 3, n) variances, of north and east
+    at a given height, and of the height; (h, n) covariances of north and east at a given height; (h, 2, n) by how much
+    north and east are larger for each metre that the object is lower. Without their first axis: of one hypothesis.
     """
-    if by_height is None:
-        by_height = np.zeros((*position.shape[:-2], 2, position.shape[-1]))
-    made = np.empty((PREDICTED, *covariance_ne.shape))
-    predict = native.predict_objects if position.ndim == 2 else native.predict_hypotheses
-    predict(position, variance, covariance_ne, by_height, vehicle, made)
-    return Named(PredictedMeasurement, made)
-
-
-NEW = np.zeros((PREDICTED, 0))
-"""No prediction: the echoes are of new objects."""
+    made = [np.empty((PREDICTED, *covariance_ne.shape)) for _, _, covariance_ne, _ in believed]
+    for known, table in zip(believed, made, strict=True):
+        (native.predict_objects if table.ndim == 2 else native.predict_hypotheses)(*known, vehicle, table)
+    return [Named(PredictedMeasurement, table) for table in made]
 
 
 def position_measurement(
-    echoes: Echoes, vehicle: Vehicle, half_vertical: float, predicted: Floats = NEW
+    echoes: Echoes, vehicle: Vehicle, half_vertical: float, predicted: Floats | None = None
 ) -> PositionMeasurement:
     """Return eq. 1, z_og = z_ag + R^-1 z_ob, for all echoes, with measurement noise that includes the pose's.
 
-    `predicted`: (8, m), the table of `PredictedMeasurement`, of the objects already tracked that the echoes are of.
-    Range and bearing are then taken in where the object should be, along the tangent there: across wide beams the noise
-    would bend the ellipse, and turn it with each echo. A new object is where its echo is, in the fan's middle.
-    `half_vertical`: half the fan's vertical opening, rad, for echoes without one of their own.
+    `predicted`: (8, m), the table of `PredictedMeasurement`, of the objects already tracked that the echoes are of;
+    None: they are of new ones. Range and bearing of a known one are taken in where it should be, along the tangent
+    there: across wide beams the noise would bend the ellipse, and turn it with each echo. A new object is where its
+    echo is, in the fan's middle. `half_vertical`: half the fan's vertical opening, rad, for echoes without one of their
+    own.
     """
     m = echoes.table.shape[1]
+    predicted = np.empty((PREDICTED, 0)) if predicted is None else predicted
     position, rest, azimuth = np.empty((3, m)), np.empty((7, m)), np.empty((2, m))
     sensitivity = np.empty((UNSEEN, 2, m))
     native.measure_positions(echoes.table, predicted, vehicle, half_vertical, position, rest, azimuth, sensitivity)

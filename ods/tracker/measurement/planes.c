@@ -1,16 +1,9 @@
 /* Sonars of several planes: the echoes that planes next to each other have of the same body become one. */
 
+#include "ods/tracker/measurement/coverage/normal.h"
 #include "ods/tracker/measurement/model.h"
 
-/* Ranges and bearings that differ by no more than this, in standard deviations of the difference, are those of one
-   body. */
-#define AGREE_SIGMAS 3.0
-/* Planes whose openings overlap or touch are next to each other; this allows for rounding. */
-#define TOUCHING (1.0 + 1e-6)
-
-static double length_of(double a, double b) { return sqrt(a * a + b * b); }
-
-/* Tells whether two echoes are of planes next to each other, and agree. */
+/* Tells whether two echoes are of planes next to each other, whose openings touch, and agree. */
 static bool is_same_body(EchoRows echoes, int64_t i, int64_t j, double reach)
 {
     const double apart = fabs(echoes.elevation[i] - echoes.elevation[j]);
@@ -18,8 +11,8 @@ static bool is_same_body(EchoRows echoes, int64_t i, int64_t j, double reach)
         return false;
     const double longer = fabs(echoes.range_m[i] - echoes.range_m[j]);
     const double aside = fabs(wrapped(echoes.bearing[i] - echoes.bearing[j]));
-    return longer <= AGREE_SIGMAS * length_of(echoes.sigma_range[i], echoes.sigma_range[j]) &&
-           aside <= AGREE_SIGMAS * length_of(echoes.sigma_bearing[i], echoes.sigma_bearing[j]);
+    return longer <= BEYOND_CHANCE * length_of(echoes.sigma_range[i], echoes.sigma_range[j]) &&
+           aside <= BEYOND_CHANCE * length_of(echoes.sigma_bearing[i], echoes.sigma_bearing[j]);
 }
 
 /* Puts the echoes of each body together, in `made`, which is a copy of `table`: what is left of them is `kept`. The
@@ -28,7 +21,7 @@ KERNEL(one_a_body,
        "f8[12,m] table, i8[m] order, float plane_half_rad, float side_lobe_db, out f8[12,m] made, out b1[m] kept")
 {
     const int64_t m = SIZE(0, 1), *order = ARRAY(int64_t, 1);
-    const double plane_half_rad = FLOAT(2), reach = 2.0 * plane_half_rad * TOUCHING;
+    const double plane_half_rad = FLOAT(2), reach = 2.0 * plane_half_rad * ROUNDED;
     const EchoRows echoes = echo_rows(ARRAY(double, 0), m), made = echo_rows(ARRAY(double, 4), m);
     bool *kept = ARRAY(bool, 5);
     for (int64_t j = 0; j < m; j++) {

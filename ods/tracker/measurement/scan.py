@@ -95,8 +95,6 @@ SMALLEST_SIGMA = 1e-4
 LARGEST_PATCH_M = 8.0
 """What shines of a patch of bottom is smaller: a larger echo is of a wall or the like, which sets in as it stands to
 the beams, so that its onset and front show nothing."""
-ROOT3 = math.sqrt(3.0)
-"""Half of an interval in which all places are alike, in its standard deviations."""
 LARGEST = 1e5
 """No range, radius or standard deviation of a sonar is larger."""
 
@@ -122,11 +120,12 @@ def echoes_of(table: Floats) -> tuple[Echoes, int]:
 
 def echo_table_of(detections: list[Detection]) -> Floats:
     """Return the (m, 12) table of `echoes_of` for a message's detections."""
+    half = math.sqrt(3.0)  # of an interval in which all places are alike, in its standard deviations
     rows = [
         (
             *(d.range_m, d.bearing_rad, d.elevation_rad, d.radius_m),
             *(d.sigma_range_m, d.sigma_bearing_rad, d.sigma_radius_m, d.snr_db, d.cut),
-            *(ROOT3 * d.sigma_elevation_rad, d.onset, d.front),
+            *(half * d.sigma_elevation_rad, d.onset, d.front),
         )
         for d in detections
     ]

@@ -5,8 +5,8 @@
 
 #include "ods/tracker/measurement/model.h"
 
-/* The first hypothesis; those after it are kinds of motion. */
-#define RESTING 0
+/* The first hypothesis; those after it are kinds of motion, of which some observers know one. */
+enum { RESTING, MOVING };
 
 /* Rows of a state: north, east and their velocities, of which this is the first. */
 enum { NORTH, EAST, VELOCITY, STATE = 4 };

@@ -7,8 +7,8 @@ from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.named import Named, TrackTable
 from ods.tracker.observer.sensitivity import Heights
 
-RESTING = 0
-"""The first hypothesis; those after it are kinds of motion."""
+RESTING, MOVING = range(2)
+"""The first hypothesis; those after it are kinds of motion, of which some observers know one."""
 
 
 class HorizontalState(NamedTuple):
@@ -29,8 +29,8 @@ class HorizontalState(NamedTuple):
 class KindsOfMotion(Protocol):
     """What a filter that follows moving objects by several kinds of motion knows besides."""
 
-    def acceleration_noise(self) -> Floats:
-        """Return (n,) the spectral density of the acceleration if objects move, mean of the kinds, m^2/s^3."""
+    noise: Floats
+    """(h - 1,) spectral density of the acceleration of each kind, m^2/s^3."""
 
     def steady(self) -> tuple[Floats, Floats]:
         """Return mean and variance (2, n) of the velocity of objects that keep it, the first kind."""

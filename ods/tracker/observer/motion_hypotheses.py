@@ -19,9 +19,7 @@ from ods.tracker.observer.horizontal import RESTING, HorizontalFilter, KindsOfMo
 from ods.tracker.observer.sensitivity import Heights
 from ods.tracker.settings import STATIC, MotionSettings
 
-REOPENED = 4.0
-"""Log-odds, in favour of what was settled, when an object is seen again."""
-ESTABLISHED = float(np.log(STATIC / (1.0 - STATIC)))
+ESTABLISHED = math.log(STATIC) - math.log1p(-STATIC)
 """Log-odds, either way, from which on it is established whether an object moves."""
 KNOWN_SPEED = 0.4
 """nor is there when its velocity, if it moves, is known to this share of what a new object's is,"""
@@ -31,6 +29,8 @@ chance, or by what pings share, of one that rests."""
 
 DISPROVED = -5.0
 """Log-odds at which the static hypothesis restarts where the moving one is now."""
+REOPENED = -DISPROVED
+"""Log-odds, in favour of what was settled, when an object is seen again."""
 PROVED = 8.0
 """Largest log-odds, so that an object that starts to move is believed in time."""
 LEAST_VARIANCE = 1e-12
@@ -112,7 +112,7 @@ class StaticOrMovingObserver:
 
     def belief(self) -> Belief:
         """Return all hypotheses of all objects, the static one first."""
-        s, horizontal = self._table.rows, self._horizontal.state()
+        s, horizontal, usual = self._table.rows, self._horizontal.state(), self._settings.acceleration_noise
         hypotheses, n = horizontal.covariance_ne.shape
         weight, by_height = np.empty((hypotheses, n)), np.empty((hypotheses, 2, n))
         position, variance, shared = np.empty((3, hypotheses, 3, n))
@@ -127,7 +127,7 @@ class StaticOrMovingObserver:
             radius=s.radius,
             radius_variance=s.radius_variance,
             static=weight[RESTING],
-            restless=self._restless(),
+            restless=None if self._kinds is None else self._kinds.noise @ horizontal.share - usual,
         )
 
     def static(self) -> Floats:
@@ -136,11 +136,6 @@ class StaticOrMovingObserver:
         static = np.empty(len(odds))
         native.all_static(odds, static)
         return static
-
-    def _restless(self) -> Floats | None:
-        if self._kinds is None:
-            return None
-        return self._kinds.acceleration_noise() - self._settings.acceleration_noise
 
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (3, n) of all velocities.

@@ -22,11 +22,11 @@ from ods.tracker.observer.kalman.independent import IndependentAxes
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.settings import OBSERVER_NAMES, MotionSettings
 
-DRIFTING, AGILE = 0.1, 10.0
-"""Acceleration noise of an object that changes its velocity by and by and of one that manoeuvres, in units of
-`acceleration_noise`; that of one that keeps it is `steady_noise`."""
-USUAL = 0.8, 0.1, 0.1
-"""Share of the time that a moving object keeps its velocity, changes it by and by, and manoeuvres."""
+AGILE = 10.0
+"""Acceleration noise of an object that manoeuvres, in units of `acceleration_noise`, which is as many times that of one
+that changes its velocity by and by; that of one that keeps it is `steady_noise`."""
+STEADY = 0.8
+"""Share of the time that a moving object keeps its velocity; of the rest it manoeuvres half."""
 CHANGE_RATE = 0.03
 """How often it changes between these ways, 1/s: each change costs what was known of a steady velocity."""
 
@@ -82,8 +82,8 @@ def _coupled(settings: MotionSettings) -> Observer:
 
 
 def _manoeuvring(settings: MotionSettings) -> Observer:
-    noise = settings.steady_noise, DRIFTING * settings.acceleration_noise, AGILE * settings.acceleration_noise
-    models = [Model(*each) for each in zip(noise, USUAL, strict=True)]
+    noise, rest = settings.acceleration_noise, 0.5 * (1.0 - STEADY)
+    models = [Model(settings.steady_noise, STEADY), Model(noise / AGILE, rest), Model(AGILE * noise, rest)]
     filters = InteractingModels(settings, models, CHANGE_RATE)
     return StaticOrMovingObserver(settings, filters, filters)
 

@@ -8,12 +8,13 @@ from ods.base.arrays import Floats, Ints, Mask
 from ods.compiled import native
 from ods.tracker.outline.seen import Seen
 from ods.tracker.output.snapshot import Snapshot
+from ods.tracker.settings import MARGIN_SIGMAS
 
 GATE = 1.5
 """An echo is of the object whose ellipse it fits best, if it is no farther from the object's place than so many times
 the ellipse's axes, to which are added in squares"""
-GATE_SIGMAS, GATE_M = 2.0, 0.5
-"""so many standard deviations, and m."""
+GATE_M = 0.5
+"""`MARGIN_SIGMAS` standard deviations, and this."""
 
 
 class Extents(NamedTuple):
@@ -37,5 +38,5 @@ def owners_of(snapshot: Snapshot, seen: Seen, known: Extents, utc_ns: int) -> In
     extended, *extents = known
     live = snapshot.last_seen_utc_ns == utc_ns
     of_objects = live, extended, *map(np.ascontiguousarray, circles), *extents
-    native.owners_of(of_objects, seen, GATE, GATE_SIGMAS, GATE_M, owner)
+    native.owners_of(of_objects, seen, GATE, MARGIN_SIGMAS, GATE_M, owner)
     return owner

@@ -5,8 +5,6 @@
 
 /* At a distance below this, m, any direction is along the line of sight. */
 #define AT_ONE_PLACE 1e-6
-/* Sigma points: so many standard deviations of the velocity to either side. */
-#define APART 1.41421356237309504880
 
 /* n objects; vectors are (3, n), north, east, down. */
 typedef struct {
@@ -87,10 +85,11 @@ static double along(Flat place, double distance, Flat sigma, double covariance)
 /* Returns the mean square by which a distance changes with the velocity, of these standard deviations. */
 static double by_velocity(Flat offset, Flat drift, Flat sigma, double horizon_s, double distance)
 {
-    static const Flat POINTS[4] = {{APART, 0.0}, {-APART, 0.0}, {0.0, APART}, {0.0, -APART}};
+    static const Flat POINTS[4] = {{1.0, 0.0}, {-1.0, 0.0}, {0.0, 1.0}, {0.0, -1.0}};
+    const Flat apart = {sqrt(2.0) * sigma.north, sqrt(2.0) * sigma.east};
     double total = 0.0;
     for (int k = 0; k < 4; k++) {
-        const Flat moved = {drift.north + POINTS[k].north * sigma.north, drift.east + POINTS[k].east * sigma.east};
+        const Flat moved = {drift.north + POINTS[k].north * apart.north, drift.east + POINTS[k].east * apart.east};
         const double time = nearest_after(offset, moved, horizon_s);
         total += square(hypot(offset.north + moved.north * time, offset.east + moved.east * time) - distance);
     }

@@ -6,9 +6,6 @@
 
 #include "ods/tracker/measurement/coverage/normal.h"
 
-/* An object farther below the bottom, in standard deviations, is none of it: the bottom falls off there, and how deep it
-   is, is not known. */
-#define BELOW_SIGMAS 3.0
 /* What stands on the bottom reaches so many times as high as the middle of what is seen of it. */
 #define HIGHER 2.0
 /* No probability is divided by less. */
@@ -24,6 +21,7 @@ KERNEL(reach_no_higher, "f8[n] height_m, f8[n] sigma_m, float clearance_m, out f
         const double lower = normal_below(-height[i] / sigma[i]);
         const double above = larger(normal_below(height[i] / sigma[i]), LEAST);
         const double between = (normal_below((most - height[i]) / sigma[i]) - lower) / above;
-        probability[i] = height[i] > -BELOW_SIGMAS * sigma[i] ? smaller(larger(between, 0.0), 1.0) : 0.0;
+        /* what is farther below the bottom is none of it: the bottom falls off there, and how deep it is, is not known */
+        probability[i] = height[i] > -BEYOND_CHANCE * sigma[i] ? smaller(larger(between, 0.0), 1.0) : 0.0;
     }
 }

@@ -8,10 +8,9 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.messages import Obstacle
 
-SAME_M = 0.7
-"""An echo by the longer way is so near to its place in range, beside three standard deviations,"""
-ACROSS_M, ACROSS_RAD = 0.7, 0.02
-"""and so near across, for the distance, likewise."""
+SAME_M, ACROSS_RAD = 0.7, 0.02
+"""An echo by the longer way is so near to its place, beside three standard deviations; across it by this much more for
+the distance."""
 
 
 def marked(obstacles: list[Obstacle], head_ned: Floats, longer_m: Sequence[float]) -> list[Obstacle]:
@@ -31,7 +30,7 @@ def marked(obstacles: list[Obstacle], head_ned: Floats, longer_m: Sequence[float
     sigmas = 3.0 * np.hypot(sigma[:, None], sigma[None, :])
     behind = near[None, :] - near[:, None]  # of the column's behind the row's
     off = np.min([np.abs(behind - each) for each in longer_m], axis=0)
-    is_echo = ahead & (behind > 0.0) & (off <= SAME_M + sigmas) & (across <= ACROSS_M + ACROSS_RAD * away + sigmas)
+    is_echo = ahead & (behind > 0.0) & (off <= SAME_M + sigmas) & (across <= SAME_M + ACROSS_RAD * away + sigmas)
     is_echo &= ~is_echo.any(axis=0)[:, None]  # none is the echo of an echo
     return [
         msgspec.structs.replace(each, multipath_of=obstacles[int(np.argmax(column))].id) if column.any() else each

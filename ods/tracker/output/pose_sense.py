@@ -14,23 +14,20 @@ from ods.messages import Pose
 from ods.pose.buffer import NORM_TOLERANCE
 from ods.pose.motion import PoseMotion
 from ods.pose.turn import turn_between
+from ods.tracker.common_error.causes import SIGNIFICANT
+from ods.tracker.measurement.pose.pose_noise import AT_LEAST_M
+from ods.tracker.output.validity import SETTLE_S
 
 JUMP_M = 2.0
 """Places may differ by so much, five standard deviations of each, and the whole way by either velocity: a place that
 the INS computes once a second goes in steps."""
-MOST_NOISE_M = 0.3
-"""What is more of a standard deviation is bias: when it is corrected, the vehicle moves away from all objects."""
 JUMP_RAD = math.radians(10.0)
 """Attitudes may differ by so much, five standard deviations of each,"""
 FASTEST_TURN = math.radians(180.0)
 """and so much a second."""
 FLICKER_RAD, FLICKER_SIGMAS, FLICKERS = math.radians(2.0), 3.0, 5
-"""Attitudes that differ by so much more than noise and FASTEST_TURN explain, this many times within REPORTED_S, are of
+"""Attitudes that differ by so much more than noise and FASTEST_TURN explain, this many times within SETTLE_S, are of
 two INSs, or of a disturbed compass. A heading that is computed once a second makes such steps, but fewer."""
-SIGMAS = 5.0
-REPORTED_S = 1.0
-"""Time for which a jump is reported, s. Objects tracked before are dropped (mission.py), and confirmed again by
-then."""
 STILL_S, STILL_M = 2.0, 1.0
 """A position constant for this time, s, while the velocity adds up to this distance, m, is not the vehicle's."""
 COMPARED_S = 10.0
@@ -105,12 +102,13 @@ class PoseSense:
     def reasons(self, now_ns: int) -> list[str]:
         """Return what is inconsistent now."""
         found = []
-        if self._jump and now_ns - self._jumped_ns < REPORTED_S * NS:
+        # what was tracked before a jump is dropped (mission.py), and confirmed again after this time
+        if self._jump and now_ns - self._jumped_ns < SETTLE_S * NS:
             found.append(f"{self._jump}: objects seen before are at wrong positions now, and are dropped")
         if self._way_m > STILL_M and self._still_s > STILL_S:
             way = f"its velocity makes {self._way_m:.1f} m"
             found.append(f"the position of the INS has been constant for {self._still_s:.1f} s, although {way}")
-        if len(self._flickers_ns) == FLICKERS and now_ns - self._flickers_ns[0] < REPORTED_S * NS:
+        if len(self._flickers_ns) == FLICKERS and now_ns - self._flickers_ns[0] < SETTLE_S * NS:
             found.append("the attitude goes to and fro from pose to pose: two INSs, or a disturbed compass?")
         if self._newest is not None and rotated(self._newest.attitude, (0.0, 0.0, 1.0))[2] < 0.0:
             found.append("the pose of the vehicle is upside down: is the INS mounted so, or an angle in another unit?")
@@ -126,15 +124,16 @@ def _jump_of_place(earlier: Pose, later: Pose) -> str:
     carried = rotated(later.attitude, later.velocity_body)
     off = [b - a - v * seconds for a, b, v in zip(earlier.position_ned, later.position_ned, carried, strict=True)]
     way_m = (math.hypot(*earlier.velocity_body) + math.hypot(*later.velocity_body)) * seconds
-    sigma_m = sum(min(MOST_NOISE_M, max(each.sigma_position_ned)) for each in (earlier, later))
+    # what is more of a standard deviation is bias: when it is corrected, the vehicle moves away from all objects
+    sigma_m = sum(min(AT_LEAST_M, max(each.sigma_position_ned)) for each in (earlier, later))
     off_m = math.hypot(*off)
-    return f"the pose jumped by {off_m:.1f} m" if off_m > JUMP_M + SIGMAS * sigma_m + way_m else ""
+    return f"the pose jumped by {off_m:.1f} m" if off_m > JUMP_M + SIGNIFICANT * sigma_m + way_m else ""
 
 
 def _jump_of_attitude(earlier: Pose, later: Pose) -> str:
     seconds = (later.t_ns - earlier.t_ns) / NS
     turn = turn_between(earlier, later)
-    if turn <= JUMP_RAD + _explained_turn(earlier, later, SIGMAS):
+    if turn <= JUMP_RAD + _explained_turn(earlier, later, SIGNIFICANT):
         return ""
     return f"the pose turned by {math.degrees(turn):.0f} deg within {seconds:.2f} s"
 

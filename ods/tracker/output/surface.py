@@ -16,7 +16,7 @@ from ods.base.frames.geometry import rotation_matrix
 from ods.pose.buffer import PoseEstimate
 from ods.tracker.existence import lifecycle
 from ods.tracker.output.snapshot import Snapshot
-from ods.tracker.settings import SurfaceSettings
+from ods.tracker.settings import MARGIN_SIGMAS, REST, SurfaceSettings
 
 LOBES = 2.0
 """Multiple of the half vertical opening to which waves are observed: the sides of the main lobe receive them, too."""
@@ -38,17 +38,13 @@ ALIKE = 9.2
 """Squared distance, in standard deviations, of velocities that are alike: 99 % of them."""
 GRACE_S = 3.0
 """Time for which a wave's track still counts as a wave, s: as waves leave the fan, their tracks stop, or jump to the
-next one."""
+next one. The report of an object that may move with unknown velocity waits as long where waves are known: the edge of
+the fan shows a wave that runs along it at one position."""
 YOUNG_S, YOUNG_M = 1.0, 20.0
 """Where waves are or may be, an object farther away than this, m, that may move is reported this time, s, after it was
 confirmed: by then its motion is known, and whether others move alike."""
-UNKNOWN_S = 3.0
-"""Where waves are known, the report of an object that may move with unknown velocity waits this time, s: the edge of
-the fan shows a wave that runs along it at one position."""
 RESTS = 0.8
 """Probability from which on an object counts as static."""
-HEIGHT_SIGMAS = 2.0
-"""Standard deviations below the clearance from which on an object is known to be deeper."""
 
 
 class View(NamedTuple):
@@ -89,7 +85,7 @@ class WaveFilter:
             may_run = high & ~running & (vague(snapshot) | (snapshot.static < RESTS))
             waits = young & (alike | may_run)
             if self._velocity is not None:
-                waits |= self._young(snapshot, view.utc_ns, UNKNOWN_S) & may_run
+                waits |= self._young(snapshot, view.utc_ns, GRACE_S) & may_run
                 self._until_ns |= dict.fromkeys(snapshot.id[alike].tolist(), view.utc_ns + round(GRACE_S * NS))
         self._forget(snapshot, view.utc_ns)
         distance = np.hypot(*(snapshot.position[:2] - view.head.position_ned[:2, None]))
@@ -133,7 +129,7 @@ class WaveFilter:
 
 def runs(snapshot: Snapshot) -> Mask:
     """Return (n,) bool: objects that move with a known velocity."""
-    return np.asarray(~vague(snapshot) & (snapshot.static < 0.5) & (snapshot.state != lifecycle.HIBERNATED))
+    return np.asarray(~vague(snapshot) & (snapshot.static < REST) & (snapshot.state != lifecycle.HIBERNATED))
 
 
 def vague(snapshot: Snapshot) -> Mask:
@@ -144,7 +140,7 @@ def vague(snapshot: Snapshot) -> Mask:
 def hangs_low(snapshot: Snapshot, settings: SurfaceSettings) -> Mask:
     """Return (n,) bool: objects known to be deeper than the clearance."""
     lower = snapshot.position[2] - settings.down_m - settings.clearance_m
-    return np.asarray(lower > HEIGHT_SIGMAS * snapshot.sigma_position[2])
+    return np.asarray(lower > MARGIN_SIGMAS * snapshot.sigma_position[2])
 
 
 def may_be_at_surface(snapshot: Snapshot, view: View, settings: SurfaceSettings) -> Mask:

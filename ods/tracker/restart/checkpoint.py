@@ -13,17 +13,16 @@ from ods.base.settings import Settings
 from ods.runtime.bus import UNDECODABLE
 from ods.runtime.state_files.kept_file import KeptFile, KeptFileError
 from ods.runtime.state_files.kept_writer import KeptWriter
+from ods.tracker.map.link import OBJECTS_A_PACKET
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.restart.state import Announced, MapChanges, TrackerState
 from ods.tracker.veto.vetoes import VetoState
 
 KindT = TypeVar("KindT")
 
-NO_BASE = 0
-MOST_CHANGES = 200
-"""Changes to the map's objects that a checkpoint carries; with more, or a share of 1 / SHARE of all, these are written
-again, to a file of their own."""
 SHARE = 20
+"""A checkpoint carries so many changes to the map's objects as go into a packet; with more, or a share of 1 / SHARE of
+all, these are written again, to a file of their own."""
 
 
 class Mission(msgspec.Struct, frozen=True):
@@ -56,7 +55,7 @@ class Checkpoint(msgspec.Struct, frozen=True):
     """CLOCK_MONOTONIC."""
     next_id: int
     base: int
-    """Which file of the map's objects `Mission.map_changes` go with."""
+    """Which file of the map's objects `Mission.map_changes` go with; 0: none."""
     mission: Mission | None
     """None: it has ended."""
 
@@ -99,7 +98,7 @@ class Checkpoints:
         self._digest = hashlib.sha256(configured).hexdigest()
         self._complain = complain
         self._encoder = msgspec.msgpack.Encoder()
-        self._base = self._newest_base = NO_BASE
+        self._base = self._newest_base = 0
         self._base_size = 0
 
     def read(self, now_ns: int, within_s: float) -> PreviousState:
@@ -123,7 +122,7 @@ class Checkpoints:
         return PreviousState(checkpoint.next_id, same=True, mission=checkpoint.mission, known=list(known.values()))
 
     def _base_objects(self, number: int) -> list[MapObject]:
-        if number == NO_BASE:
+        if not number:
             return []
         try:
             base = _decoded(self._base_files[number % 2], Base)
@@ -139,7 +138,7 @@ class Checkpoints:
 
     def base_due(self, changes: MapChanges) -> bool:
         """Return whether the changes are too many for each checkpoint to carry."""
-        return len(changes.put) + len(changes.remove) > max(MOST_CHANGES, self._base_size // SHARE)
+        return len(changes.put) + len(changes.remove) > max(OBJECTS_A_PACKET, self._base_size // SHARE)
 
     def write_base(self, objects: list[MapObject]) -> None:
         """Leave the map's objects; later checkpoints carry the changes to them. Raises OSError."""

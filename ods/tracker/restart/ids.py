@@ -2,10 +2,11 @@
 
 import secrets
 
-PROVISIONAL_IDS, ABOVE_ALL = 1 << 30, 1 << 31
+PROVISIONAL_IDS = 0x4000_0000
+ABOVE_ALL = 2 * PROVISIONAL_IDS
 """From here on ids are those given while the map could not be read; they do not show which ordinary ones are free. All
 new ids fit in 32 bits, with a sign; maps of before have provisional ones up to 2^53."""
-MOST_A_MISSION = 1 << 20
+MOST_A_MISSION = 0x10_0000
 """No mission gives more provisional ids."""
 ID_BLOCK = 1000
 """Number of ids reserved on disk at a time."""

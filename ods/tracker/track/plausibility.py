@@ -3,13 +3,13 @@
 import numpy as np
 
 from ods.tracker.existence import lifecycle
+from ods.tracker.existence.evidence import ROUNDING
 from ods.tracker.track.tracks import Tracks
 
-LONGEST_S, FARTHEST = 1e6, 1e9
-"""Largest time since existence was judged, s, and largest number of a filter, in any of their units."""
+FARTHEST = 1e9
+"""Largest number of a filter, in any of their units, and largest time since existence was judged, s."""
 SMALLEST_RADIUS_M = 10.0
 """Filters know of no bounds: a radius may fall a little below 0."""
-ROUNDING = 1e-6
 
 
 def validate_tracks(tracks: Tracks, t_ns: int) -> None:
@@ -17,7 +17,7 @@ def validate_tracks(tracks: Tracks, t_ns: int) -> None:
     _validate_histories(tracks, t_ns)
     known = tracks.judged
     chances = np.stack([known.visible, known.silent, known.nothing, known.clutter, known.first_visible])
-    if not ((chances >= 0.0) & (chances <= 1.0 + ROUNDING)).all() or not 0.0 <= tracks.unjudged_s < LONGEST_S:
+    if not ((chances >= 0.0) & (chances <= 1.0 + ROUNDING)).all() or not 0.0 <= tracks.unjudged_s < FARTHEST:
         raise ValueError("invalid checkpoint: probabilities must be between 0 and 1")
     if not ((known.hits >= 0.0) & (known.hits <= known.scans * (1.0 + ROUNDING))).all():
         raise ValueError("invalid checkpoint: scans must be finite and >= hits")

@@ -9,16 +9,15 @@ from ods.base.clock import NS
 from ods.compiled import native
 from ods.pose.utc import Restamp
 from ods.tracker.existence import lifecycle
-from ods.tracker.existence.evidence import ClutterStatistics, ExistenceTable, NewTrackEvidence, ScanEvidence
+from ods.tracker.existence.evidence import ClutterStatistics, ExistenceTable
 from ods.tracker.existence.model import MODEL
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.model import PositionMeasurement
-from ods.tracker.measurement.scan import Scan
-from ods.tracker.named import Named, TrackTable, extend, keep
+from ods.tracker.measurement.scan import Echoes, Scan
+from ods.tracker.named import TrackTable, extend, keep
 from ods.tracker.observer.belief import Belief, Estimate, moment_match
 from ods.tracker.observer.registry import Observer
 from ods.tracker.restart.state import TracksState
-from ods.tracker.settings import TrackerSettings
 
 EVEN = 0.5
 """Share of clutter by which an object of the map is judged."""
@@ -92,13 +91,14 @@ class Tracks:
         """Return mean and variance (3, n) of all velocities."""
         return self._observer.velocity()
 
-    def predict(self, dt: float) -> None:
-        """Carry all objects on over `dt` >= 0 seconds."""
-        self._observer.predict(dt)
-        self.unjudged_s += dt
+    def predict(self, since_ns: int, unobserved_ns: int) -> None:
+        """Carry all objects on over `since_ns` >= 0; in so much of that they were not observed."""
+        self._observer.predict(since_ns / NS)
+        self.unjudged_s += since_ns / NS
+        self._history.rows.unwatched[:] += unobserved_ns
         self._estimated = None
 
-    def mark_unobserved(self, unobserved_ns: int, rows: Mask | slice = slice(None)) -> None:
+    def mark_unobserved(self, unobserved_ns: int, rows: Mask) -> None:
         """Record a time in which `rows` were not observed, so that they were not missed then."""
         self._history.rows.unwatched[rows] += unobserved_ns
 
@@ -116,35 +116,29 @@ class Tracks:
         native.tracks_seen(self._history.table, rows, t_ns, utc_ns)
         self._estimated = None
 
-    def take_scan(
-        self,
-        seen: tuple[Mask, Mask],
-        of_scan: Named[ScanEvidence],
-        weight: float,
-        settings: TrackerSettings,
-        clutter: ClutterStatistics,
-    ) -> None:
-        """Judge existence by a scan of this weight; seen: (n,) which objects are confirmed, and which had an echo."""
-        echo, since = settings.echo, (self.unjudged_s, weight)
-        given = echo.silence_rate, echo.return_rate, echo.loss_rate, echo.detection_probability
-        counted, measured = (self._history.rows.echoes, *seen), (of_scan.table, self._observer.static())
-        prior = settings.motion.static_prior
-        native.existence_update(self._existence.table, counted, measured, since, given, prior, clutter.values, MODEL)
-        self.unjudged_s = 0.0
+    def static(self) -> Floats:
+        """Return (n,) the probability that each object does not move."""
+        return self._observer.static()
+
+    def judged_after_s(self) -> float:
+        """Return the time since existence was judged last, as it is judged now."""
+        since_s, self.unjudged_s = self.unjudged_s, 0.0
+        return since_s
 
     def start(
         self,
         measured: PositionMeasurement,
         scan: Scan,
+        echoes: Echoes,
         births: float,
-        new: NewTrackEvidence,
+        density: Floats,
         clutter: ClutterStatistics,
     ) -> None:
-        """Append tentative objects, one a measurement, given births a scan and what is known of these k echoes."""
+        """Append tentative objects, one an echo, given births a scan and (k,) false alarms a scan at each."""
         first = self._history.table.shape[-1]
         extend([self._history, self._existence], len(measured.radius))
         native.tracks_begin(self._history.table, first, scan.t_ns, scan.utc_ns)
-        native.existence_begin(self._existence.table, first, births, new, clutter.values, MODEL)
+        native.existence_begin(self._existence.table, first, births, density, echoes.table, clutter.values, MODEL)
         self._observer.start(measured)
         self._estimated = None
 

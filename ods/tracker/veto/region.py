@@ -4,9 +4,8 @@ import math
 from collections.abc import Sequence
 
 from ods.messages import Obstacle, VetoRegion
+from ods.tracker.settings import MARGIN_SIGMAS
 
-SIGMAS = 2.0
-"""Of the depth, which one plane hardly shows."""
 Corner = tuple[float, float]
 
 
@@ -14,7 +13,7 @@ def lies_in(obstacle: Obstacle, region: VetoRegion) -> bool:
     """Return whether all of an obstacle's circle is inside, and all of its depth where the region has a span."""
     north, east, down = obstacle.position_ned
     if region.down_m is not None:
-        half = obstacle.radius_m + SIGMAS * obstacle.sigma_position[2]
+        half = obstacle.radius_m + MARGIN_SIGMAS * obstacle.sigma_position[2]
         if not (region.down_m[0] <= down - half and down + half <= region.down_m[1]):
             return False
     if region.centre_ne is not None:

@@ -10,13 +10,12 @@ import msgspec
 
 from ods.base.clock import NS
 from ods.messages import LARGEST_REGION_M, Obstacle, Veto, VetoRegion, VetoRequest
+from ods.tracker.settings import REST
 from ods.tracker.veto.region import lies_in
 
 AROUND_M = 2.0
 """Distance, m, by which an obstacle vetoed by id may move or grow: what its position and size change by from ping to
 ping."""
-MOVES = 0.5
-"""Probability of motion above which a region's veto does not apply."""
 MOST = 32
 
 
@@ -140,7 +139,7 @@ def _marked(obstacle: Obstacle, vetoes: Sequence[Veto]) -> Obstacle:
     if obstacle.state == "terminated":
         return obstacle
     for veto in vetoes:
-        named = obstacle.moving <= MOVES if veto.id is None else veto.id == obstacle.id
+        named = 1.0 - obstacle.moving >= REST if veto.id is None else veto.id == obstacle.id
         if named and lies_in(obstacle, veto.region):
             return msgspec.structs.replace(obstacle, ignored_by=veto.number)
     return obstacle

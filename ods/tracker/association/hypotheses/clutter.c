@@ -1,17 +1,12 @@
 /* Counts of false alarms by part of the fan and by radius, and their density at the place of an echo (clutter.py). */
 
-#include "ods/tracker/measurement/scan.h"
+#include "ods/tracker/measurement/model.h"
 
 /* Width of a class of radius; the last one has all that is larger. */
 #define RADIUS_STEP_M 0.5
-/* Share of an even distribution in what was counted, so that nothing is impossible, */
+/* Share of an even distribution in what was counted, so that nothing is impossible, and of one that is even over the
+   bearings of a range. */
 #define PRIOR_SHARE 0.25
-/* and of one that is even over the bearings of a range. */
-#define RING_SHARE 0.25
-/* Keeps shares of a sum that has fallen to nothing finite. */
-#define LEAST_MEAN 1e-9
-/* Keeps the area of a class of range from vanishing. */
-#define CLOSEST_M 0.1
 
 /* The fan and its parts that are counted apart. */
 typedef struct {
@@ -84,17 +79,17 @@ KERNEL(clutter_density,
     const double *by_part = ARRAY(const double, 5), *by_radius = ARRAY(const double, 6), fewest = FLOAT(7);
     double *per_m2 = ARRAY(double, 8), *per_scan = per_m2 + m, *of_radius = per_scan + m;
     const double parts = (double)(fan.ranges * fan.bearings);
-    const double all_radii = larger(sum_of(by_radius, radii), LEAST_MEAN);
+    const double all_radii = larger(sum_of(by_radius, radii), NOT_ZERO);
     const double even = PRIOR_SHARE * larger(sum_of(by_part, fan.ranges * fan.bearings), fewest) / parts;
     const double area = (fan.farthest - fan.nearest) * fan.opening / parts;
     double *in_ring = SCRATCH(double, fan.ranges);
     for (int64_t ring = 0; ring < fan.ranges; ring++)
-        in_ring[ring] = RING_SHARE * sum_of(by_part + ring * fan.bearings, fan.bearings) / (double)fan.bearings;
+        in_ring[ring] = PRIOR_SHARE * sum_of(by_part + ring * fan.bearings, fan.bearings) / (double)fan.bearings;
     for (int64_t j = 0; j < m; j++) {
         const int64_t ring = ring_of(echoes.range_m[j], &fan);
         const double own = by_part[ring * fan.bearings + column_of(echoes.bearing[j], &fan)];
-        const double here = larger(even + in_ring[ring] + (1.0 - PRIOR_SHARE - RING_SHARE) * own, fewest / parts);
-        per_m2[j] = here / (area * larger(echoes.range_m[j], CLOSEST_M));
+        const double here = larger(even + in_ring[ring] + (1.0 - 2.0 * PRIOR_SHARE) * own, fewest / parts);
+        per_m2[j] = here / (area * larger(echoes.range_m[j], NEAREST_M));
         per_scan[j] = here * parts;
         const double share = by_radius[radius_class(echoes.radius[j], radii)] / all_radii;
         of_radius[j] = (PRIOR_SHARE / (double)radii + (1.0 - PRIOR_SHARE) * share) / RADIUS_STEP_M;

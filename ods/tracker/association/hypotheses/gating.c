@@ -2,18 +2,14 @@
 
 #include "ods/tracker/association/hypotheses/gating.h"
 #include "ods/tracker/measurement/coverage/cut_off.h"
+#include "ods/tracker/measurement/coverage/normal.h"
 #include "ods/tracker/measurement/model.h"
 
-/* A radius that does not agree never counts for more than a 3-sigma difference: echoes merge, split and change. */
-#define LEAST_RADIUS_RATIO (-4.5)
-#define TWO_PI (2.0 * PI)
 /* Of an echo that is cut off it is as likely as not that it shows the same part of its object as before: this share of
    its variance is then the error of the object's place, and does not count twice. */
 #define KEPT 0.9
 /* Least determinant over the product of the variances. */
 #define CORRELATED 1e-3
-/* Allows for rounding. */
-#define ROUNDED (1.0 + 1e-9)
 
 /* n objects by h hypotheses of motion. */
 typedef struct {
@@ -28,7 +24,7 @@ typedef struct {
     EchoRows rows;
     const double *per_m2, *of_radius;
     int64_t m;
-    const int64_t *order;              /* (m,) of the echoes by range, */
+    int64_t *order;                    /* (m,) of the echoes by range, */
     double *range_m, *bearing;         /* and (m,) in this order */
     double sigma_range, sigma_bearing; /* the largest of all */
 } Echoes;
@@ -64,9 +60,23 @@ static double likelihood_of(Distance distance)
     return exp(-0.5 * distance.square) / sqrt(distance.determinant);
 }
 
+/* Compares two pointers to ranges, for qsort; equal ones stay in the order in which they are in memory. */
+static int is_farther(const void *a, const void *b)
+{
+    const double *one = *(double *const *)a, *other = *(double *const *)b;
+    return *one > *other || (*one == *other && one > other) ? 1 : -1;
+}
+
 /* Puts the echoes in order and finds their largest sigmas. */
 static void put_in_order(Echoes *echoes)
 {
+    double **ranges = SCRATCH(double *, echoes->m);
+    for (int64_t j = 0; j < echoes->m; j++)
+        ranges[j] = echoes->rows.range_m + j;
+    qsort(ranges, (size_t)echoes->m, sizeof *ranges, is_farther);
+    echoes->order = SCRATCH(int64_t, echoes->m);
+    for (int64_t place = 0; place < echoes->m; place++)
+        echoes->order[place] = ranges[place] - echoes->rows.range_m;
     echoes->range_m = SCRATCH(double, echoes->m), echoes->bearing = SCRATCH(double, echoes->m);
     echoes->sigma_range = echoes->sigma_bearing = 0.0;
     for (int64_t place = 0; place < echoes->m; place++) {
@@ -86,7 +96,7 @@ typedef struct {
 /* Returns an angle wrapped to about [-pi, pi]: as `wrapped`, without a branch, for loops over many. */
 static inline double turned(double angle)
 {
-    return angle - TWO_PI * rint(angle / TWO_PI);
+    return angle - (2.0 * PI) * rint(angle / (2.0 * PI));
 }
 
 /* Returns the windows. The gate is an ellipse: nothing inside it is farther along or across the line of sight than the
@@ -146,7 +156,7 @@ static int64_t find_near(const Windows *windows, int64_t i, const Echoes *echoes
         const double off = turned(echoes->bearing[place] - middle);
         const bool here = (-off <= to_port) & (off <= to_starboard);
         near[count] = echoes->order[place];
-        count += here | (TWO_PI - off <= to_port) | (TWO_PI + off <= to_starboard);
+        count += here | ((2.0 * PI) - off <= to_port) | ((2.0 * PI) + off <= to_starboard);
     }
     return count;
 }
@@ -173,22 +183,24 @@ static double ratio_of(const Objects *objects, int64_t i, const Echoes *echoes, 
                      likelihood_of(distance_of(&objects->predicted, h * objects->n + i, &echoes->rows, j, most, KEPT));
         density = 0.5 * (density + again);
     }
-    const double chance = density / TWO_PI * gate.detection_probability / echoes->per_m2[j];
+    const double chance = density / (2.0 * PI) * gate.detection_probability / echoes->per_m2[j];
     const double difference = echoes->rows.radius[j] - radius;
     const double variance = radius_variance + square(echoes->rows.sigma_radius[j]);
-    const double alike = -0.5 * (square(difference) / variance + log(TWO_PI * variance));
-    return log(larger(NOT_ZERO, chance)) + larger(LEAST_RADIUS_RATIO, alike - log(echoes->of_radius[j]));
+    const double alike = -0.5 * (square(difference) / variance + log((2.0 * PI) * variance));
+    /* a radius that does not agree never counts for more than a difference beyond chance: echoes merge, split and change */
+    const double least = -0.5 * square(BEYOND_CHANCE);
+    return log(larger(NOT_ZERO, chance)) + larger(least, alike - log(echoes->of_radius[j]));
 }
 
 /* Fills in the pairs of objects that are not `left_out` and echoes inside their gates, as far as there is room; returns
-   how many there are. `order`: of the echoes by range. */
+   how many there are. */
 KERNEL_INT(
     gating_pairs,
     "f8[8,h,n] predicted, f8[h,n] weight, f8[n] radius, f8[n] radius_variance, f8[12,m] echo_table, f8[m] per_m2, "
-    "f8[m] of_radius, i8[m] order, f8[n] visibility, b1[n] left_out, float sigmas, float detection_probability, "
+    "f8[m] of_radius, f8[n] visibility, b1[n] left_out, float sigmas, float detection_probability, "
     "out i8[room] objects, out i8[room] echoes, out f8[room] llr, out f8[room] score")
 {
-    const int64_t n = SIZE(0, 2), m = SIZE(4, 1), room = SIZE(12, 0);
+    const int64_t n = SIZE(0, 2), m = SIZE(4, 1), room = SIZE(11, 0);
     const Objects objects = {.predicted = predicted_rows(ARRAY(double, 0), SIZE(0, 1) * n),
                              .weight = ARRAY(const double, 1),
                              .radius = ARRAY(const double, 2),
@@ -198,13 +210,12 @@ KERNEL_INT(
     Echoes echoes = {.rows = echo_rows(ARRAY(double, 4), m),
                      .per_m2 = ARRAY(const double, 5),
                      .of_radius = ARRAY(const double, 6),
-                     .m = m,
-                     .order = ARRAY(const int64_t, 7)};
-    const Gate gate = {FLOAT(10), FLOAT(11)};
-    const double *visibility = ARRAY(const double, 8);
-    const bool *left_out = ARRAY(const bool, 9);
-    int64_t *of_object = ARRAY(int64_t, 12), *of_echo = ARRAY(int64_t, 13), found = 0, *near = SCRATCH(int64_t, m + 1);
-    double *llr = ARRAY(double, 14), *score = ARRAY(double, 15);
+                     .m = m};
+    const Gate gate = {FLOAT(9), FLOAT(10)};
+    const double *visibility = ARRAY(const double, 7);
+    const bool *left_out = ARRAY(const bool, 8);
+    int64_t *of_object = ARRAY(int64_t, 11), *of_echo = ARRAY(int64_t, 12), found = 0, *near = SCRATCH(int64_t, m + 1);
+    double *llr = ARRAY(double, 13), *score = ARRAY(double, 14);
     Distance *distances = SCRATCH(Distance, objects.hypotheses);
     put_in_order(&echoes);
     const Windows windows = windows_of(&objects, &echoes, gate.sigmas);

@@ -5,6 +5,9 @@
 
 #include "kernel.h"
 
+/* Largest log-likelihood ratio of an echo: e^25 leaves no doubt, and no rival's share is lost to rounding. */
+#define MOST_RATIO 25.0
+
 /* `Hypotheses`, (count,) each; */
 typedef struct {
     const int64_t *objects, *echoes;

@@ -79,8 +79,7 @@ def hypotheses(
     if left_out is None:
         left_out = np.zeros(objects, np.bool_)
     extent = belief.weight, belief.radius, belief.radius_variance
-    noise = clutter.per_m2, clutter.radius, echoes.rows.range_m.argsort()
-    asked = predicted.table, extent, echoes.table, noise, chance.visibility, left_out
+    asked = predicted.table, extent, echoes.table, (clutter.per_m2, clutter.radius), chance.visibility, left_out
     gate, room = (gate_sigmas, chance.detection_probability), ROOM * (objects + m)
     while True:
         found = Hypotheses(*np.empty((2, room), np.intp), *np.empty((2, room)))

@@ -4,6 +4,9 @@ from ods.base.arrays import Floats
 from ods.compiled import native
 from ods.tracker.measurement.scan import Echoes
 
+NOT_MEASURED = 1e8
+"""Variance of what was not measured, m^2."""
+
 
 def nothing_twice(echoes: Echoes, predicted: Floats, radius: Floats, radius_variance: Floats) -> Echoes:
     """Return k echoes, those cut off with noise by which none betters what is known beyond its own error.
@@ -13,5 +16,5 @@ def nothing_twice(echoes: Echoes, predicted: Floats, radius: Floats, radius_vari
     middle.
     """
     table = echoes.table.copy()
-    native.nothing_twice(table, predicted, radius, radius_variance)
+    native.nothing_twice(table, predicted, radius, radius_variance, NOT_MEASURED)
     return Echoes(table)

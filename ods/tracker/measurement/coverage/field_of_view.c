@@ -5,10 +5,6 @@
 
 /* An object of which more than this is hidden by blind beams may be missed. */
 #define HIDDEN_SHARE 0.25
-/* That an object in a blind part gives an echo beside it: its place is not known so well. */
-#define LEAST_CHANCE 0.05
-/* Standard deviation of where what gives an echo of an object lies, in radii from its middle. */
-#define PARTS 0.5
 /* Keeps the distance to the edge, in standard deviations, finite. */
 #define LEAST_SIGMA 1e-6
 
@@ -33,8 +29,6 @@ typedef struct {
     const double *rows;
     int64_t count;
 } Parts;
-
-static double length_of(double a, double b) { return sqrt(a * a + b * b); }
 
 /* Returns the probability that the range of an object is one of `ranges`, (k, 2); 1 when there are none. */
 static double share_processed(double distance, double sigma, Parts ranges)
@@ -109,15 +103,15 @@ static void look_at(Seen seen, PredictedMeasurement predicted, int64_t i, double
    radius, is inside. Vertically an object is anywhere in an interval as wide as its variance allows. */
 KERNEL(field_of_view,
        "f8[8,n] predicted, f8[n] radius, " COVERAGE ", f8[:,2] processed_m, f8[:,4] unseen, float edge_sigmas, "
-       "out b1[3,n] flags, out f8[2,n] shares")
+       "float least_chance, out b1[3,n] flags, out f8[2,n] shares")
 {
     const int64_t n = SIZE(0, 1);
     const PredictedMeasurement predicted = predicted_rows(ARRAY(double, 0), n);
     const double *radii = ARRAY(double, 1);
     const Coverage fan = coverage_from(arguments, 2);
     const Parts processed_m = {ARRAY(double, 8), SIZE(8, 0)}, unseen = {ARRAY(double, 9), SIZE(9, 0)};
-    bool *flags = ARRAY(bool, 11);
-    double *shares = ARRAY(double, 12);
+    bool *flags = ARRAY(bool, 12);
+    double *shares = ARRAY(double, 13);
     const Seen seen = {flags, flags + n, flags + 2 * n, shares, shares + n};
     for (int64_t i = 0; i < n; i++) {
         const double radius = larger(radii[i], 0.0);
@@ -125,7 +119,7 @@ KERNEL(field_of_view,
         const double hidden = share_unseen(predicted, i, radius, fan.turn, unseen);
         seen.unseen[i] = seen.inside[i] && hidden > HIDDEN_SHARE;
         seen.skipped[i] |= seen.unseen[i];
-        seen.probability[i] *= larger(1.0 - hidden, LEAST_CHANCE);
+        seen.probability[i] *= larger(1.0 - hidden, FLOAT(11));
         if (seen.unseen[i])
             seen.watched[i] = 0.0;
     }

@@ -11,16 +11,16 @@ from ods.compiled import native
 from ods.messages import Sector
 from ods.tracker.measurement.coverage.looked import Looked
 from ods.tracker.measurement.model import PredictedMeasurement
-from ods.tracker.measurement.scan import Vehicle, nothing_unseen
+from ods.tracker.measurement.scan import SMALLEST_SIGMA, Vehicle, nothing_unseen
 from ods.tracker.named import Named
+from ods.tracker.settings import MARGIN_SIGMAS
 
 NOTHING_UNSEEN = nothing_unseen()
-LEAST_SIGMA_RAD = 1e-6
-HIDDEN_SIGMAS, BEHIND_M = 2.0, 0.3
+BEHIND_M = 0.3
 """Distance behind an echo from which on objects are hidden, m."""
 LEAST_CHANCE = 0.05
-"""That an object that was passed by, or is hidden, gives an echo nevertheless, as field_of_view.c has it for blind
-parts."""
+"""That an object that was passed by, is hidden or in a blind part gives an echo nevertheless: its place is not known so
+well."""
 
 
 class FieldOfView(NamedTuple):
@@ -80,14 +80,14 @@ def field_of_view(
     processed_m = np.array(processed_ranges_m, np.float64).reshape(-1, 2)
     inside, skipped, unshown = flags = np.empty((3, len(radius)), np.bool_)
     probability, watched = shares = np.empty((2, len(radius)))
-    native.field_of_view(predicted.table, radius, fan, processed_m, unseen, edge_sigmas, flags, shares)
+    native.field_of_view(predicted.table, radius, fan, processed_m, unseen, edge_sigmas, LEAST_CHANCE, flags, shares)
     return FieldOfView(inside, probability, skipped, unshown, watched)
 
 
 def hidden_by(seen: FieldOfView, looked: Looked, predicted: Named[PredictedMeasurement], radius: Floats) -> FieldOfView:
     """Return what the sonar sees, but for what is hidden behind a nearer echo in its direction, and its height."""
     table = predicted.rows
-    margin_m = radius + HIDDEN_SIGMAS * np.sqrt(table.along) + BEHIND_M
+    margin_m = radius + MARGIN_SIGMAS * np.sqrt(table.along) + BEHIND_M
     hidden = seen.inside & looked.hides(table.range_m, table.bearing, table.elevation, margin_m)
     return FieldOfView(
         inside=seen.inside,
@@ -105,7 +105,7 @@ def look_elsewhere(seen: FieldOfView, predicted: Named[PredictedMeasurement], tu
     elsewhere is.
     """
     rows = predicted.rows
-    middle, sigma = rows.bearing - turn * rows.range_m, np.sqrt(rows.across) / rows.horizontal + LEAST_SIGMA_RAD
+    middle, sigma = rows.bearing - turn * rows.range_m, np.sqrt(rows.across) / rows.horizontal + SMALLEST_SIGMA
     elsewhere = np.zeros(len(middle))
     for low, high in not_swept:
         elsewhere += _below((high - middle) / sigma) - _below((low - middle) / sigma)

@@ -37,7 +37,8 @@ class InteractingModels:
     def __init__(self, settings: MotionSettings, models: Sequence[Model], change_rate: float = 0.0) -> None:
         """Follow moving objects by `models`, between which they change `change_rate` times a second."""
         self._settings = settings
-        self._noise = np.array([model.noise for model in models])
+        self.noise = np.array([model.noise for model in models])
+        """See `KindsOfMotion`."""
         self._usual = np.array([model.share for model in models])
         self._change_rate = change_rate
         self._filters = TrackTable(each, (1 + len(models), FACTORS))
@@ -50,7 +51,7 @@ class InteractingModels:
         """Carry all objects on over `dt` >= 0 seconds."""
         motion = self._settings
         filters, unseen = self._filters.table, self._unseen.table
-        native.imm_predict(filters, unseen, dt, motion.static_noise, self._noise, motion.vertical_velocity_sigma)
+        native.imm_predict(filters, unseen, dt, motion.static_noise, self.noise, motion.vertical_velocity_sigma)
 
     def state(self) -> HorizontalState:
         """Return where objects are."""
@@ -64,10 +65,6 @@ class InteractingModels:
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (2, n) of the velocity of objects if they move."""
         return _velocity(self._filters.table, self._share.table)
-
-    def acceleration_noise(self) -> Floats:
-        """See `KindsOfMotion`."""
-        return np.asarray(self._noise @ self._share.table)
 
     def steady(self) -> tuple[Floats, Floats]:
         """See `KindsOfMotion`."""

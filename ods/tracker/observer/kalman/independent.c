@@ -3,7 +3,6 @@
 #include "ods/tracker/observer/kalman/axis_kalman.h"
 #include "ods/tracker/observer/sensitivity.h"
 
-#define MOVING 1
 /* Largest correlation of two errors that is kept. */
 #define MOST_ALIKE (1.0 - 1e-9)
 

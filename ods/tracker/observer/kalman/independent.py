@@ -13,7 +13,7 @@ from ods.base.arrays import Floats, Indices
 from ods.compiled import native
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.named import Named, TrackTable, each
-from ods.tracker.observer.horizontal import RESTING, HorizontalState, Learned, NewPlaces
+from ods.tracker.observer.horizontal import MOVING, RESTING, HorizontalState, Learned, NewPlaces
 from ods.tracker.observer.sensitivity import STATE, VELOCITY, Heights
 from ods.tracker.settings import MotionSettings
 
@@ -49,11 +49,6 @@ class Together(NamedTuple):
     """and of both velocities."""
 
 
-MOVING = 1
-POSITIONS, VARIANCES = slice(0, 2), slice(2, 4)
-"""The fields above for both hypotheses, RESTING and MOVING."""
-
-
 class IndependentAxes:
     """See `ods.tracker.observer.horizontal.HorizontalFilter`."""
 
@@ -70,11 +65,9 @@ class IndependentAxes:
         native.independent_predict(self._numbers(), dt, noise)
 
     def state(self) -> HorizontalState:
-        """Return where objects are; the arrays are views."""
+        """Return where objects are; the arrays are views: tables begin with the fields of both hypotheses."""
         s, n = self._table.table, len(self._table)
-        return HorizontalState(
-            np.ones((1, n)), s[POSITIONS], s[VARIANCES], self._together.table[:2], self._unseen.table
-        )
+        return HorizontalState(np.ones((1, n)), s[:2], s[2:4], self._together.table[:2], self._unseen.table)
 
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (2, n) of the velocity of objects if they move."""
