@@ -5,7 +5,7 @@
 /* Width of a class of radius; the last one has all that is larger, */
 #define RADIUS_STEP_M 0.5
 /* taken to be even up to this radius. */
-#define LARGEST_RADIUS_M 50.0
+#define LARGEST_RADIUS_M 25.0
 /* Share of an even distribution in what was counted, so that nothing is impossible, */
 #define PRIOR_SHARE 0.25
 /* and of one that is even over the bearings of a range. */
