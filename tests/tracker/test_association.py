@@ -10,9 +10,10 @@ from scipy.stats import multivariate_normal, norm
 
 from ods.base.arrays import Floats, Indices
 from ods.base.frames.geometry import quat_from_euler
+from ods.messages import Sector
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.gnn import best_pairs
-from ods.tracker.association.hypotheses.clutter import ClutterDensity
+from ods.tracker.association.hypotheses.clutter import Clutter, ClutterDensity
 from ods.tracker.association.hypotheses.gating import Detectability, Hypotheses, hypotheses
 from ods.tracker.association.match import shown
 from ods.tracker.measurement.coverage.field_of_view import FieldOfView
@@ -43,6 +44,19 @@ def belief(positions: Floats, variances: Floats, weights: Floats, radius: Floats
         np.full(len(radius), 0.04),
         static,
     )
+
+
+@pytest.mark.parametrize("radius_m", [0.3, 5.0, 12.0, 20.0])
+def test_the_density_of_false_alarms_radii_has_an_integral_of_one(radius_m: float) -> None:
+    """All that was larger than 7.5 m counted as if it were within 0.5 m: no wall that fills the fan was confirmed."""
+    clutter, sector = Clutter(1.0), Sector(0.5, 100.0, -0.7, 0.7, 0.17)
+    for _ in range(100):
+        clutter.count(echoes([(30.0, 0.1, radius_m)]), sector)
+    step_m = 0.05
+    radii = np.arange(0.5 * step_m, 40.0, step_m)
+    density = clutter.density(echoes([(30.0, 0.1, float(radius)) for radius in radii]), sector).radius
+    within = radii < 25.0
+    assert step_m * float(density[within].sum()) == pytest.approx(1.0, abs=1e-6)
 
 
 def test_hypotheses_are_those_of_the_plain_formula() -> None:

@@ -47,6 +47,27 @@ def test_every_change_is_an_arrow_of_figure_5(seed: int) -> None:
         assert old == new or new in TRANSITIONS[old]
 
 
+@pytest.mark.parametrize(
+    ("old", "new"), [(lifecycle.STAND_BY, lifecycle.TENTATIVE), (lifecycle.HIBERNATED, lifecycle.ACTIVE)]
+)
+def test_an_object_beside_one_that_was_recalled_from_the_map_is_confirmed(old: int, new: int) -> None:
+    """Recalled a second ago and not seen since, it was not seen after the new one began, as one in stand-by was."""
+    now = 60 * NS
+    history = History(*np.zeros((len(History._fields), 2), np.int64))._replace(
+        state=np.array([old, lifecycle.TENTATIVE]),
+        echoes=np.array([20, 20]),
+        born=np.array([0, now - 2 * NS]),
+        last=np.array([now - NS, now]),
+    )
+    existence = np.zeros((len(ExistenceTable._fields), 2))
+    existence[0] = 1.0
+    hit = np.array([False, True])
+    position, variance = np.array([[0.0, 15.0], [0.0, 0.0], [0.0, 0.0]]), np.ones((3, 2))
+    estimate = position, variance, np.zeros((3, 2)), np.array([10.0, 10.0]), np.ones(2)
+    seen = hit, np.ones(2, np.bool_), np.zeros(2, np.bool_)
+    assert states_after(np.stack(history), existence, seen, estimate, now).tolist() == [old, new]
+
+
 @settings(max_examples=15)
 @given(
     st.lists(

@@ -442,14 +442,15 @@ static double sigma_of(const Known *known, int64_t i)
     return sqrt(larger(east, north));
 }
 
-/* Finds the confirmed objects that the image does not show, and those at rest that it does. */
+/* Finds the confirmed objects that the image does not show, and those at rest that it does. One that sleeps is not
+   missed: it counts as seen when it was recalled from the map, not when it was. */
 static void find_missed_and_hiding(const History *history, const Known *known, const bool *hit, Some *missed,
                                    Some *hiding)
 {
     int64_t *of_missed = SCRATCH(int64_t, known->n), *of_hiding = SCRATCH(int64_t, known->n);
     *missed = (Some){of_missed, 0}, *hiding = (Some){of_hiding, 0};
     for (int64_t i = 0; i < known->n; i++) {
-        if (history->state[i] != TENTATIVE && !hit[i])
+        if ((history->state[i] == ACTIVE || history->state[i] == STAND_BY) && !hit[i])
             of_missed[missed->count++] = i;
         if (history->state[i] == ACTIVE && hit[i] && known->is_static[i] >= known->surely_at_rest)
             of_hiding[hiding->count++] = i;

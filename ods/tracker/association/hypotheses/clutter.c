@@ -2,8 +2,10 @@
 
 #include "ods/tracker/measurement/model.h"
 
-/* Width of a class of radius; the last one has all that is larger. */
+/* Width of a class of radius; the last one has all that is larger, */
 #define RADIUS_STEP_M 0.5
+/* taken to be even up to this radius. */
+#define LARGEST_RADIUS_M 25.0
 /* Share of an even distribution in what was counted, so that nothing is impossible, and of one that is even over the
    bearings of a range. */
 #define PRIOR_SHARE 0.25
@@ -33,6 +35,11 @@ static int64_t column_of(double bearing, const Fan *fan)
 static int64_t radius_class(double radius, int64_t radii)
 {
     return radius > 0.0 ? (int64_t)smaller(radius / RADIUS_STEP_M, (double)radii - 1.0) : 0;
+}
+
+static double radius_width(int64_t class, int64_t radii)
+{
+    return class < radii - 1 ? RADIUS_STEP_M : LARGEST_RADIUS_M - RADIUS_STEP_M * (double)class;
 }
 
 static double sum_of(const double *values, int64_t count)
@@ -91,7 +98,8 @@ KERNEL(clutter_density,
         const double here = larger(even + in_ring[ring] + (1.0 - 2.0 * PRIOR_SHARE) * own, fewest / parts);
         per_m2[j] = here / (area * larger(echoes.range_m[j], NEAREST_M));
         per_scan[j] = here * parts;
-        const double share = by_radius[radius_class(echoes.radius[j], radii)] / all_radii;
-        of_radius[j] = (PRIOR_SHARE / (double)radii + (1.0 - PRIOR_SHARE) * share) / RADIUS_STEP_M;
+        const int64_t class = radius_class(echoes.radius[j], radii);
+        const double share = PRIOR_SHARE / (double)radii + (1.0 - PRIOR_SHARE) * by_radius[class] / all_radii;
+        of_radius[j] = share / radius_width(class, radii);
     }
 }
