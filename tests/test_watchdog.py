@@ -65,3 +65,15 @@ def test_a_run_that_hangs_fails_with_a_stack(test: str, named: str, tmp_path: Pa
     assert run.returncode == 1
     assert "Timeout (0:00:0" in run.stderr
     assert named in run.stderr
+
+
+def test_a_worker_of_xdist_may_wait_for_the_others(tmp_path: Path) -> None:
+    (tmp_path / "conftest.py").write_text(CONFTEST)
+    (tmp_path / "test_it.py").write_text("def test_short(): pass")
+    (tmp_path / "test_other.py").write_text("import time\ndef test_long(): time.sleep(5.0)")
+    words = ["-q", "-p", "no:cacheprovider", "-n", "2", "--dist", "loadfile", "--timeout=20", "."]
+    run = subprocess.run(
+        [sys.executable, "-m", "pytest", *words],
+        cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(PROJECT)}, capture_output=True, text=True, timeout=100,
+    )  # fmt: skip
+    assert (run.returncode, "Timeout (" in run.stderr) == (0, False), run.stdout + run.stderr

@@ -25,8 +25,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """Guard the interpreter's end, which waits for threads that tests left behind."""
-    faulthandler.dump_traceback_later(GRACE_S, exit=True, file=config.stash[_STDERR])
+    """Guard the interpreter's end, which waits for threads that tests left behind.
+
+    Not that of xdist's workers: one that has nothing left to do waits for the others, and is ended by xdist.
+    """
+    if not hasattr(config, "workerinput"):
+        faulthandler.dump_traceback_later(GRACE_S, exit=True, file=config.stash[_STDERR])
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)

@@ -1,15 +1,23 @@
 """A server that is asked to stop ends soon, whatever its pages and their threads do."""
 
+import asyncio
 import re
 import signal
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from functools import partial
+from itertools import count
 from uuid import uuid4
 
 import msgspec
+import pytest
+from nicegui import ui
 
 from ods.workbench.web.ending import LONGEST_S
+from ods.workbench.web.follow import in_loop
+from tests.workbench.pages.visiting import simulated
 from tests.workbench.serving import Serving, serving
 
 SOCKET = "/_nicegui_ws/socket.io/"
@@ -41,6 +49,32 @@ def test_a_page_that_changes_as_it_ends_does_not_hold_it_up() -> None:
         said = server.process.stdout.read()
     assert "Could not cancel" not in said
     assert "not ended" not in said
+
+
+async def test_a_thread_that_changes_the_page_all_the_time_does_not_hold_it_up(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """If two cancellations come with a change, the loop of the page never ends by itself."""
+    ends = threading.Event()
+
+    def build() -> None:
+        label = ui.label()
+
+        def deliver() -> None:
+            for number in count():
+                in_loop(label, partial(label.set_text, str(number)))
+                if ends.wait(0.0005):
+                    return
+
+        threading.Thread(target=deliver, daemon=True).start()
+
+    try:
+        async with asyncio.timeout(60.0), simulated(build) as user:
+            await user.open("/")
+            await asyncio.sleep(0.3)
+    finally:
+        ends.set()
+    assert "Could not cancel" not in caplog.text
 
 
 def test_work_that_hangs_in_a_thread_ends_with_it_and_is_named() -> None:
