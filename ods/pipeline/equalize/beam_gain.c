@@ -120,8 +120,8 @@ KERNEL_BOOL(measure_beam_gain, GAINED_IMAGE ", float limit, out f4[beams] gain")
 {
     const GainedImage image = gained_image_at(arguments);
     const int64_t beams = image.beams, parts = larger_i(1, smaller_i(MOST_PARTS, image.samples / SHORTEST));
-    const float limit = (float)FLOAT(GAINED_IMAGE_ARGUMENTS);
-    float *gain = ARRAY(float, GAINED_IMAGE_ARGUMENTS + 1), *means = SCRATCH(float, parts * beams);
+    const float limit = (float)FLOAT(arguments_of(GAINED_IMAGE));
+    float *gain = ARRAY(float, arguments_of(GAINED_IMAGE) + 1), *means = SCRATCH(float, parts * beams);
     float *low = SCRATCH(float, beams), *high = SCRATCH(float, beams);
     float *middle = SCRATCH(float, beams), *spread = SCRATCH(float, beams);
     part_means(image, parts, means);

@@ -105,7 +105,7 @@ static void to_gain(const float *restrict level, const float *restrict before, i
 KERNEL(mean_range_gain, GAINED_IMAGE ", float side_lobe, float guard, int window, out f4[1,samples] new_gain")
 {
     const GainedImage image = gained_image_at(arguments);
-    arguments += GAINED_IMAGE_ARGUMENTS;
+    arguments += arguments_of(GAINED_IMAGE);
     const float side_lobe = (float)FLOAT(0), guard = (float)FLOAT(1);
     float *restrict level = SCRATCH(float, image.samples), *restrict highest = SCRATCH(float, image.samples);
     measure(image, level, highest);
@@ -147,7 +147,7 @@ static void column_medians(GainedImage image, float *restrict level)
 KERNEL(median_range_gain, GAINED_IMAGE ", float guard, int window, out f4[1,samples] new_gain")
 {
     const GainedImage image = gained_image_at(arguments);
-    arguments += GAINED_IMAGE_ARGUMENTS;
+    arguments += arguments_of(GAINED_IMAGE);
     float *restrict level = SCRATCH(float, image.samples), *restrict highest = SCRATCH(float, image.samples);
     measure(image, level, highest);
     column_medians(image, level);

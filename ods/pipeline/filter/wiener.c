@@ -82,8 +82,8 @@ static void draw_to_mean(const float *restrict row, const float *restrict varian
 KERNEL(wiener_filter, GAINED_IMAGE ", " SEPARABLE_FILTER ", out f4[beams,samples] variance, out f4[beams,samples] out")
 {
     const GainedImage image = gained_image_at(arguments);
-    const SeparableFilter filter = separable_filter_at(arguments + GAINED_IMAGE_ARGUMENTS);
-    arguments += GAINED_IMAGE_ARGUMENTS + SEPARABLE_FILTER_ARGUMENTS;
+    const SeparableFilter filter = separable_filter_at(arguments + arguments_of(GAINED_IMAGE));
+    arguments += arguments_of(GAINED_IMAGE) + arguments_of(SEPARABLE_FILTER);
     float *variance = ARRAY(float, 0), *out = ARRAY(float, 1);
     const int64_t beams = image.beams, samples = image.samples, half = filter.half, reach = filter.reach;
     float *padded = SCRATCH(float, samples + 2 * half + BLOCK);

@@ -134,9 +134,9 @@ KERNEL_FLOAT(measure_echoes, "f4[beams,columns] image, r16[runs] runs, float bac
                              width_of_response(region.image, region.beams, region.columns, background)};
     const Run *runs = ARRAY(const Run, 1), *end = runs + SIZE(1, 0);
     const Recorded recorded = recorded_at(arguments += 3);
-    const FanTable fan = fan_table_at(arguments += RECORDED_ARGUMENTS);
-    const Laws laws = laws_at(arguments += FAN_TABLE_ARGUMENTS);
-    Echo *echo = (Echo *)(arguments += LAWS_ARGUMENTS)->data;
+    const FanTable fan = fan_table_at(arguments += arguments_of(RECORDED));
+    const Laws laws = laws_at(arguments += arguments_of(FAN_TABLE));
+    Echo *echo = (Echo *)(arguments += arguments_of(LAWS))->data;
     double *features = ARRAY(double, 1), sum = 0.0;
     for (int64_t k = 0; k < SIZE(0, 0); k++, echo++, features += FEATURES) {
         region.runs = runs;

@@ -69,7 +69,6 @@ typedef struct {
 } Crests;
 
 #define CRESTS "f4[beams,samples] image, int tile_beams, int tile_samples, float background, float noise"
-#define CRESTS_ARGUMENTS 5
 
 /* arguments: from the first one on. */
 static Crests crests_at(const Argument *arguments)
@@ -157,7 +156,7 @@ static void find_quantiles(const Crests *crests, double *quantiles)
 KERNEL(crest_quantiles, CRESTS ", out f8[rows,columns,2] out")
 {
     const Crests crests = crests_at(arguments);
-    arguments += CRESTS_ARGUMENTS;
+    arguments += arguments_of(CRESTS);
     if (SIZE(0, 0) == crests.rows && SIZE(0, 1) == crests.columns)
         find_quantiles(&crests, ARRAY(double, 0));
 }
@@ -167,7 +166,7 @@ KERNEL(crest_quantiles, CRESTS ", out f8[rows,columns,2] out")
 KERNEL(crest_factors, CRESTS ", float level, float middle, float upper, out f8[rows,columns] factors")
 {
     const Crests crests = crests_at(arguments);
-    arguments += CRESTS_ARGUMENTS;
+    arguments += arguments_of(CRESTS);
     const double level = FLOAT(0), share = (level - FLOAT(1)) / (FLOAT(2) - FLOAT(1)); /* of the way to the upper one */
     const int64_t count = crests.rows * crests.columns;
     double *factors = ARRAY(double, 3), *quantiles = SCRATCH(double, 2 * count);
@@ -183,10 +182,10 @@ KERNEL(crest_factors, CRESTS ", float level, float middle, float upper, out f8[r
 /* Tells which regions of runs have a cell above the high level of its place in the image. */
 KERNEL(reaching, "f4[beams,samples] image, r16[runs] runs, float high, " RISE ", out b1[regions] found")
 {
-    const int64_t samples = SIZE(0, 1), regions = SIZE(3 + RISE_ARGUMENTS, 0);
+    const int64_t samples = SIZE(0, 1), regions = SIZE(3 + arguments_of(RISE), 0);
     const Rise rise = rise_at(arguments + 3);
     const Levels high = risen(&rise, FLOAT(2), rise.high_power, samples);
-    bool *found = ARRAY(bool, 3 + RISE_ARGUMENTS);
+    bool *found = ARRAY(bool, 3 + arguments_of(RISE));
     memset(found, 0, (size_t)regions);
     for (int64_t i = 0; i < SIZE(1, 0); i++) {
         const Run run = ARRAY(const Run, 1)[i];

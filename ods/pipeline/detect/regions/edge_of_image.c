@@ -15,12 +15,12 @@
 KERNEL(strong_at_border, "f4[beams,samples] image, r16[runs] runs, float high, float raised, " RISE
                          ", out b1[regions] strong")
 {
-    const int64_t beams = SIZE(0, 0), samples = SIZE(0, 1), regions = SIZE(4 + RISE_ARGUMENTS, 0);
+    const int64_t beams = SIZE(0, 0), samples = SIZE(0, 1), regions = SIZE(4 + arguments_of(RISE), 0);
     const Rise rise = rise_at(arguments + 4);
     const int64_t lower = beams >= LEAST_BEAMS ? BORDER_BEAMS : 0, near = samples >= LEAST_SAMPLES ? BORDER_SAMPLES : 0;
     const Levels inside = risen(&rise, FLOAT(2), rise.low_power, samples);
     const Levels raised = risen(&rise, FLOAT(3), rise.low_power, samples);
-    bool *strong = ARRAY(bool, 4 + RISE_ARGUMENTS);
+    bool *strong = ARRAY(bool, 4 + arguments_of(RISE));
     memset(strong, false, (size_t)regions);
     for (int64_t i = 0; i < SIZE(1, 0); i++) {
         const Run run = ARRAY(const Run, 1)[i];

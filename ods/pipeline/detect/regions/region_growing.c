@@ -183,7 +183,7 @@ KERNEL_INT(find_regions, "f4[beams,samples] image, float low, float high, int co
                      .low = risen(&rise, smaller(FLOAT(1), FLOAT(2)), rise.low_power, samples),
                      .high = risen(&rise, FLOAT(2), rise.high_power, samples),
                      .corner = INT(3) != 0, .smallest = INT(4), .largest = INT(5)};
-    arguments += 6 + RISE_ARGUMENTS;
+    arguments += 6 + arguments_of(RISE);
     growth.runs = ARRAY(Run, 0), growth.room = SIZE(0, 0), growth.visited = ARRAY(bool, 1);
     int64_t number = 0;
     for (int64_t b = 0; b < growth.beams && number >= 0; b++)

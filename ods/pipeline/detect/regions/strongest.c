@@ -44,7 +44,7 @@ KERNEL_FLOAT(level_of_strongest, RECORDED ", float share")
     if (count == 0)
         return 0.0;
     int32_t *keys = SCRATCH(int32_t, count);
-    const double others = smaller(larger(1.0 - FLOAT(RECORDED_ARGUMENTS), 0.0) * (double)count, (double)(count - 1));
+    const double others = smaller(larger(1.0 - FLOAT(arguments_of(RECORDED)), 0.0) * (double)count, (double)(count - 1));
     const int64_t rank = (int64_t)others;
     keys_of(some.values, count, are_counts, keys);
     if (are_counts)
@@ -60,7 +60,7 @@ KERNEL_FLOAT(level_of_strongest, RECORDED ", float share")
 KERNEL(strong_as_recorded, RECORDED ", r16[runs] runs, float level, out b1[regions] strong")
 {
     const Recorded recorded = recorded_at(arguments);
-    arguments += RECORDED_ARGUMENTS;
+    arguments += arguments_of(RECORDED);
     const Run *runs = ARRAY(const Run, 0);
     bool *strong = ARRAY(bool, 2);
     memset(strong, FLOAT(1) <= 0.0, (size_t)SIZE(2, 0));

@@ -32,8 +32,6 @@ typedef struct {
 
 /* What a signature says of both. */
 #define LAWS "f8[15,24] sigmas_hidden, f8[25,3] sigmas_out, f8[16,24] range_hidden, f8[25,1] range_out"
-/* Arguments that they take. */
-#define LAWS_ARGUMENTS 4
 
 /* Standard deviations. */
 typedef struct {
