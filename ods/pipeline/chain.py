@@ -7,18 +7,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ods.base.arrays import SAMPLE_DTYPES, AnyArray, Mask
+from ods.compiled import native
 from ods.messages import MOST_HEARING_DB, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
 from ods.pipeline.image.image_layout import EVERY_PHASE
-from ods.pipeline.image.missing.no_data import NoDataError, samples_without_data, shows_something
+from ods.pipeline.image.missing.no_data import NoDataError, samples_without_data
 from ods.pipeline.image.samples.amplitude import SampleScale
 from ods.pipeline.image.samples.recorded import RegionNumbers, unpaint
 from ods.pipeline.interference.deaf_beams import BeamJudge, without
 from ods.pipeline.interference.pulses import PulseFinder
 from ods.pipeline.interference.second_way import SecondWays
 from ods.pipeline.measure.echoes import ROW, EchoTable, joined
+from ods.pipeline.prepared.frame_reader import Frame
 from ods.pipeline.prepared.plan import PingError, Plan, are_alike, geometry_key, make_plan, sample_scale_of
-from ods.pipeline.prepared.prepared_chain import Frame, PreparedChain
+from ods.pipeline.prepared.prepared_chain import PreparedChain
 from ods.pipeline.prepared.speckle import LEARNT_CELLS, Alive
 from ods.pipeline.range_image.detector import detect_ranges
 from ods.pipeline.settings import PipelineSettings
@@ -96,7 +98,7 @@ class Chain:
             return detect_ranges(ping, frame, self._settings, pose, mask)
         self._prepare(ping)
         first = self._plan.first
-        usable = shows_something(frame, first)
+        usable = native.shows_something(frame, first)  # else a drop-out: all samples are alike
         phase = self._phase % self._plan.phases
         if usable:
             seen = self._look(ping, frame, PingContext(ping.t_ns, pose), mask)

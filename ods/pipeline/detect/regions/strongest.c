@@ -4,9 +4,6 @@
 #include "ods/pipeline/image/samples/looked_at.h"
 #include "ods/pipeline/image/samples/recorded.h"
 
-/* Samples that the strongest share is measured on. */
-#define LOOKED_AT 4096
-
 /* Fills keys with numbers that are in the order of the values: counts, or the bits of floats. */
 static void keys_of(const float *restrict values, int64_t count, bool are_counts, int32_t *restrict keys)
 {
@@ -39,7 +36,7 @@ KERNEL_FLOAT(level_of_strongest, RECORDED ", float share")
 {
     const Recorded recorded = recorded_at(arguments);
     const bool are_counts = recorded.samples.type != 'f';
-    const LookedAt some = look_at(recorded.samples, recorded.beams, 0, LOOKED_AT, &recorded.missing);
+    const LookedAt some = look_at(recorded.samples, recorded.beams, 0, &recorded.missing);
     const int64_t count = some.count;
     if (count == 0)
         return 0.0;

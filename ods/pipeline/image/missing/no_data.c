@@ -15,9 +15,7 @@
 #define LOUD 0.5f
 /* Blocks before a run of zeros of which three in four have to be loud. */
 #define BEFORE 8
-/* Samples looked at for zeros in their midst, */
-#define STREWN_PROBE 1024
-/* and the share of them from which on the image is looked at as a whole. */
+/* Share of zeros among some samples from which on the image is looked at as a whole. */
 #define STREWN 0.03
 /* By so many samples at least the mean amplitude of a block is known. */
 #define FEWEST 6
@@ -28,19 +26,19 @@
 /* Logarithm of how improbable zeros have to be where other beams are not silent; each block counts for 1 at most. */
 #define EVIDENCE 12.0
 
-/* Returns the share of zeros among about `count` samples from column `first` on. */
-static double share_of_zeros_in(Samples frame, int64_t beams, int64_t first, int64_t count)
+/* Returns the share of zeros among some samples from column `first` on. */
+static double share_of_zeros_in(Samples frame, int64_t beams, int64_t first)
 {
-    const LookedAt looked_at = look_at(frame, beams, first, count, NULL);
+    const LookedAt looked_at = look_at(frame, beams, first, NULL);
     int64_t zeros = 0;
     for (int64_t i = 0; i < looked_at.count; i++)
         zeros += looked_at.values[i] == 0.0f;
     return (double)zeros / (double)larger_i(looked_at.count, 1);
 }
 
-KERNEL_FLOAT(share_of_zeros, "rows u1|u2|f4[beams,:] frame, int first, int count")
+KERNEL_FLOAT(share_of_zeros, "rows u1|u2|f4[beams,:] frame, int first")
 {
-    return share_of_zeros_in(SAMPLES(0), SIZE(0, 0), larger_i(INT(1), 0), larger_i(INT(2), 1));
+    return share_of_zeros_in(SAMPLES(0), SIZE(0, 0), larger_i(INT(1), 0));
 }
 
 /* Tells an image from a drop-out, in which all samples from column `first` on are alike. */
@@ -199,7 +197,7 @@ KERNEL_INT(find_gaps, "rows u1|u2|f4[beams,:] frame, int first, float loud, out 
         return 0;
     if (any_silent_tail(frame, beams, first) && find_starts_of_gaps(frame, beams, first, ARRAY(int64_t, 3)))
         found += 1;
-    if (share_of_zeros_in(frame, beams, first, STREWN_PROBE) > STREWN && is_strewn(frame, beams, first, (float)FLOAT(2)))
+    if (share_of_zeros_in(frame, beams, first) > STREWN && is_strewn(frame, beams, first, (float)FLOAT(2)))
         found += 2;
     return found;
 }

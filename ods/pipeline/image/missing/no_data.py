@@ -62,15 +62,3 @@ def _loud_count(ping: Ping) -> float:
         return _LOUD_RATIO
     decades = math.log10(_LOUD_RATIO)
     return ping.scale_factor * decades if ping.scale == "log8" else 20.0 * decades / ping.scale_factor
-
-
-def share_of_zeros(frame: AnyArray, first: int, count: int) -> float:
-    """Return the share of zeros among about `count` samples of frame (beams, samples) from column `first` on."""
-    share: float = native.share_of_zeros(frame, first, count)
-    return share
-
-
-def shows_something(frame: AnyArray, first: int) -> bool:
-    """Distinguish an image from a drop-out, in which all samples from column `first` on are alike."""
-    something: bool = native.shows_something(frame, first)
-    return something

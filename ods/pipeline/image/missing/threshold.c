@@ -28,19 +28,19 @@ static float lowest_over(float bottom, const float *values, int64_t count)
     return lowest;
 }
 
-/* Looks at about `count` samples that hold data; what is below `silence` counts as that. Fills lowest with the lowest
+/* Looks at some samples that hold data; what is below `silence` counts as that. Fills lowest with the lowest
    value, the next higher one (the same where there is no other) and the share that have the lowest. */
-KERNEL(lowest_samples, "rows u1|u2|f4[beams,:] samples, " MISSING ", float silence, int count, out f8[3] lowest")
+KERNEL(lowest_samples, "rows u1|u2|f4[beams,:] samples, " MISSING ", float silence, out f8[3] lowest")
 {
     const Missing missing = missing_at(&arguments[1], SIZE(0, 0), SIZE(0, 1));
-    const LookedAt looked_at = look_at(SAMPLES(0), SIZE(0, 0), 0, larger_i(INT(3), 1), &missing);
+    const LookedAt looked_at = look_at(SAMPLES(0), SIZE(0, 0), 0, &missing);
     const float silence = (float)FLOAT(2);
     const float lowest = larger_f(lowest_over(-INFINITY, looked_at.values, looked_at.count), silence);
     const float higher = lowest_over(lowest, looked_at.values, looked_at.count);
     int64_t alike = 0;
     for (int64_t i = 0; i < looked_at.count; i++)
         alike += looked_at.values[i] <= lowest;
-    double *out = ARRAY(double, 4);
+    double *out = ARRAY(double, 3);
     out[0] = looked_at.count > 0 ? lowest : 0.0;
     out[1] = looked_at.count == 0 ? 0.0 : higher < INFINITY ? higher : lowest;
     out[2] = looked_at.count > 0 ? (double)alike / (double)looked_at.count : 0.0;

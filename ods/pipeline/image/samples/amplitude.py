@@ -80,16 +80,8 @@ def _from_log(values: Floats, scale: Scale, factor: float) -> Floats:
     return np.asarray(10.0 ** np.clip(decades, -limit, limit))
 
 
-def average_counts(frame: AnyArray, columns: Decimation, out: AnyArray) -> None:
-    """Fill columns of out with the means of those of frame, rounded down; both unsigned.
-
-    `mean_offset` is what is to be added.
-    """
-    native.average_counts(frame, columns, out)
-
-
 def mean_offset(stride: int) -> np.float32:
-    """Return what makes amplitudes of `average_counts`: half a count, and what rounding down takes on average."""
+    """Return what makes amplitudes of rounded-down means of counts: half a count, and what rounding takes in the mean."""
     return np.float32(0.5 + 0.5 * (stride - 1) / stride)
 
 
