@@ -7,8 +7,7 @@ from ods.base.arrays import AnyArray, Image, Ints32
 from ods.compiled import native
 from ods.pipeline.detect.background.noise import NoiseMeter
 from ods.pipeline.detect.levels import two_level
-from ods.pipeline.detect.regions.grouping import level_of_strongest
-from ods.pipeline.detect.regions.region_growing import GrowingRule, find_regions, room_for_runs
+from ods.pipeline.detect.regions.grouping import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.missing.no_data import ALL_DATA
 from ods.pipeline.image.regions import Regions
@@ -132,8 +131,8 @@ def test_level_of_the_strongest_is_a_sample_that_so_many_reach(dtype: type, shar
     for missing in (ALL_DATA, lost):
         held = np.sort(samples[~missing] if missing.size else samples.ravel())
         recorded = Recorded(samples, np.arange(130), 1, missing)
-        assert level_of_strongest(recorded, share) == held[min(int((1.0 - share) * held.size), held.size - 1)]
-    assert level_of_strongest(Recorded(samples, np.arange(130), 1, np.ones_like(lost)), share) == 0.0
+        assert native.level_of_strongest(recorded, share) == held[min(int((1.0 - share) * held.size), held.size - 1)]
+    assert native.level_of_strongest(Recorded(samples, np.arange(130), 1, np.ones_like(lost)), share) == 0.0
 
 
 def test_counts_of_few_bits_stand_for_all_levels_halfway_to_the_next_ones() -> None:

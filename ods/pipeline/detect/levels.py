@@ -2,8 +2,11 @@
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from ods.base.arrays import Image
-from ods.pipeline.detect.background.crests import LocalThreshold, reaching
+from ods.compiled import native
+from ods.pipeline.detect.background.crests import LocalThreshold
 from ods.pipeline.detect.background.noise import NoiseMeter
 from ods.pipeline.detect.background.rise import Rise
 from ods.pipeline.detect.background.tail import TailQuantile
@@ -78,10 +81,11 @@ def level_detector(
         rise = Rise(background, factors, low_power, low_power if rough else faint, *crests.region)
         runs, total, _, judged, *_ = group.regions(image, recorded, DetectionLevels(below, above, background, rise))
         heard_from = 1.0 + (above / background - 1.0) * _middle(ordered) ** faint
-        weak = None
-        if faint < follow:
-            weak = ~reaching(image, runs, total, above, Rise(background, factors, 0.0, follow, *crests.region))
-        return Regions(runs, total, background, judged, weak, heard_from, rough)
+        if faint >= follow:
+            return Regions(runs, total, background, judged, None, heard_from, rough)
+        strong = np.empty(total, np.bool_)
+        native.reaching(image, runs, above, rise._replace(high_power=follow), strong)
+        return Regions(runs, total, background, judged, ~strong, heard_from, rough)
 
     def learn_one_look(kinds: Iterable[Iterable[Image]]) -> None:
         crests.learn(next(iter(kinds)))  # which is the first kind

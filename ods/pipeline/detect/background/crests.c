@@ -1,7 +1,5 @@
 /* How high the background's crests reach, region by region: maxima of the tiles of an image, and their quantiles. */
 
-#include "ods/pipeline/detect/regions/inside.h"
-#include "ods/pipeline/detect/background/rise.h"
 #include "ods/pipeline/filter/rows/lanes.h"
 
 /* Histograms of maxima: their bins, in multiples of the noise. */
@@ -176,24 +174,5 @@ KERNEL(crest_factors, CRESTS ", float level, float middle, float upper, out f8[r
     for (int64_t k = 0; k < count; k++) {
         const double factor = ((1.0 - share) * quantiles[2 * k] + share * quantiles[2 * k + 1]) / level;
         factors[k] = factor < BY_CHANCE ? 1.0 : factor;
-    }
-}
-
-/* Tells which regions of runs have a cell above the high level of its place in the image. */
-KERNEL(reaching, "f4[beams,samples] image, r16[runs] runs, float high, " RISE ", out b1[regions] found")
-{
-    const int64_t samples = SIZE(0, 1), regions = SIZE(3 + arguments_of(RISE), 0);
-    const Rise rise = rise_at(arguments + 3);
-    const Levels high = risen(&rise, FLOAT(2), rise.high_power, samples);
-    bool *found = ARRAY(bool, 3 + arguments_of(RISE));
-    memset(found, 0, (size_t)regions);
-    for (int64_t i = 0; i < SIZE(1, 0); i++) {
-        const Run run = ARRAY(const Run, 1)[i];
-        if (!lies_inside(run, SIZE(0, 0), samples, regions))
-            continue;
-        const float *cells = ARRAY(const float, 0) + run.beam * samples;
-        const float *levels = levels_along(&rise, high, run.beam, samples);
-        for (int64_t j = run.first; j < run.stop && !found[run.region - 1]; j++)
-            found[run.region - 1] = cells[j] > levels[j];
     }
 }

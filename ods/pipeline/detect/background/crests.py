@@ -10,11 +10,9 @@ from itertools import islice
 
 import numpy as np
 
-from ods.base.arrays import Floats, Image, Mask
+from ods.base.arrays import Floats, Image
 from ods.compiled import native
 from ods.pipeline.detect.background.noise import NoiseMeter
-from ods.pipeline.detect.background.rise import Rise
-from ods.pipeline.image.regions import Runs
 
 _GRID = (16, 32)
 """Tiles across the beams and along the range, at most, and"""
@@ -73,10 +71,3 @@ def crest_quantiles(
     quantiles = np.empty((*regions, 2))
     native.crest_quantiles(image, tile, background, noise, quantiles)
     return quantiles
-
-
-def reaching(image: Image, runs: Runs, total: int, high: float, rise: Rise) -> Mask:
-    """Return (total,) bool: regions of image (beams, samples) with a cell above the high level of its position."""
-    found = np.empty(total, np.bool_)
-    native.reaching(image, runs, high, rise, found)
-    return found

@@ -15,7 +15,7 @@ typedef struct {
 
 /* What a kernel's signature says of it. */
 #define RISE                                                                                                           \
-    "float background, f8[rows,columns] factors, float low_power, float high_power, int place_beams, int place_samples"
+    "float background, f8[across,along] factors, float low_power, float high_power, int place_beams, int place_samples"
 
 /* arguments: from the first one on. Where there is no place, levels do not rise. */
 static inline Rise rise_at(const Argument *arguments)

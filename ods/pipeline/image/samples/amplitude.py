@@ -81,7 +81,7 @@ def _from_log(values: Floats, scale: Scale, factor: float) -> Floats:
 
 
 def mean_offset(stride: int) -> np.float32:
-    """Return what makes amplitudes of rounded-down means of counts: half a count, and what rounding takes in the mean."""
+    """Return what makes amplitudes of rounded-down means of counts: half a count, and what rounding takes."""
     return np.float32(0.5 + 0.5 * (stride - 1) / stride)
 
 
