@@ -6,19 +6,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import SAMPLE_DTYPES, AnyArray, Mask
+from ods.base.arrays import SAMPLE_DTYPES, AnyArray
 from ods.compiled import native
 from ods.messages import MOST_HEARING_DB, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
 from ods.pipeline.image.image_layout import EVERY_PHASE
 from ods.pipeline.image.missing.no_data import NoDataError, samples_without_data
 from ods.pipeline.image.samples.amplitude import SampleScale
-from ods.pipeline.image.samples.recorded import RegionNumbers, unpaint
-from ods.pipeline.interference.deaf_beams import BeamJudge, without
+from ods.pipeline.image.samples.recorded import Frame, RegionNumbers, unpaint
+from ods.pipeline.interference.deaf_beams import BeamJudge
 from ods.pipeline.interference.pulses import PulseFinder
 from ods.pipeline.interference.second_way import SecondWays
 from ods.pipeline.measure.echoes import ROW, EchoTable, joined
-from ods.pipeline.prepared.frame_reader import Frame
 from ods.pipeline.prepared.plan import PingError, Plan, are_alike, geometry_key, make_plan, sample_scale_of
 from ods.pipeline.prepared.prepared_chain import PreparedChain
 from ods.pipeline.prepared.speckle import LEARNT_CELLS, Alive
@@ -104,7 +103,7 @@ class Chain:
             seen = self._look(ping, frame, PingContext(ping.t_ns, pose), mask)
             self._phase += 1
         else:
-            seen = _Seen([], [], nothing_sent(ping, frame, first), 0.0, [])
+            seen = _Seen([], [], nothing_sent(ping, frame, first, self._scale.top), 0.0, [])
         return Detections(
             seq=ping.seq,
             ping_number=ping.ping_number,
@@ -126,10 +125,14 @@ class Chain:
 
     def _look(self, ping: Ping, frame: AnyArray, context: PingContext, mask: RegionNumbers | None) -> "_Seen":
         first, phase = self._plan.first, self._phase % self._plan.phases
-        missing = _missing(ping, frame, first)
-        deaf = self._beams.judge(ping, frame, first, missing)
-        whole = Frame(frame, self._scale, without(missing, deaf, ping.samples), ping.seq % 2**32)
-        unseen = self._sight.judge(ping, frame, first, whole.missing, deaf)
+        try:
+            missing = samples_without_data(ping, frame, first)
+        except NoDataError as error:
+            raise PingError(str(error)) from error
+        whole = Frame(frame, self._scale, missing, ping.seq % 2**32)
+        deaf = self._beams.judge(ping, whole, first)
+        whole = whole._replace(missing=deaf.missing)
+        unseen = self._sight.judge(ping, whole, first, deaf)
         found: list[EchoTable] = []
         faint: list[EchoTable] = []
         heard_from, count = 0.0, 0
@@ -147,7 +150,7 @@ class Chain:
             unseen = with_parts(unseen, pulses.parts, pulses.why, self._plan.sector)
             if mask is not None:
                 unpaint(mask, pulses.of_echoes)
-        ways_m = self._second_ways.of(ping, echoes, weak, _heard_from_db(heard_from) or 0.0)
+        ways_m = self._second_ways.of(ping, self._scale.db_a_count, echoes, weak, _heard_from_db(heard_from) or 0.0)
         return _Seen(_detections(echoes), _detections(weak), unseen, heard_from, ways_m)
 
     def _prepare(self, ping: Ping) -> None:
@@ -234,10 +237,3 @@ def _checked_frame(ping: Ping) -> AnyArray:
     if frame.dtype == SAMPLE_DTYPES["f4"] and not np.isfinite(frame).all():
         raise PingError("samples are not finite")
     return frame
-
-
-def _missing(ping: Ping, frame: AnyArray, first: int) -> Mask:
-    try:
-        return samples_without_data(ping, frame, first)
-    except NoDataError as error:
-        raise PingError(str(error)) from error

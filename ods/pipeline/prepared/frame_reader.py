@@ -12,22 +12,10 @@ from ods.pipeline.image.missing.fill import draw
 from ods.pipeline.image.missing.no_data import ALL_DATA
 from ods.pipeline.image.missing.threshold import AMPLITUDES, ThresholdFiller
 from ods.pipeline.image.samples.amplitude import Decimation, SampleScale, mean_offset, to_amplitude
-from ods.pipeline.image.samples.recorded import Recorded
+from ods.pipeline.image.samples.recorded import Frame, Recorded
 
 _QUIET = 0.25
 """From this share of zero counts on, a count is no small part of the noise."""
-
-
-class Frame(NamedTuple):
-    """The recorded samples of a ping."""
-
-    samples: AnyArray
-    """(all beams, all samples)."""
-    scale: SampleScale
-    missing: Mask
-    """(all beams, all samples) those that hold no data; `ALL_DATA` if all do."""
-    number: int
-    """Of the ping, less than 2**32."""
 
 
 class ReadImage(NamedTuple):

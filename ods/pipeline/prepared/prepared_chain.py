@@ -13,10 +13,10 @@ from ods.pipeline.image.gained_image import DoubleBuffer
 from ods.pipeline.image.image_layout import ImageLayout, RangeBand
 from ods.pipeline.image.regions import Regions, chosen, shared_at
 from ods.pipeline.image.samples.amplitude import SampleScale
-from ods.pipeline.image.samples.recorded import Recorded, RegionNumbers, paint
+from ods.pipeline.image.samples.recorded import Frame, Recorded, RegionNumbers, paint
 from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, measure_echoes, parted
 from ods.pipeline.prepared.filter_chain import FilterChain
-from ods.pipeline.prepared.frame_reader import Frame, FrameReader
+from ods.pipeline.prepared.frame_reader import FrameReader
 from ods.pipeline.prepared.speckle import Alive, filtered_speckle
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.params import NotANumberError, StageError

@@ -14,10 +14,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 from ods.base.arrays import AnyArray, Floats, Image
 from ods.compiled import native
 from ods.pipeline.image.missing.fill import DRAWN
-from ods.pipeline.image.samples.amplitude import Decimation, SampleScale, mean_offset, to_amplitude
+from ods.pipeline.image.samples.amplitude import Decimation, SampleScale, mean_offset, sample_scale, to_amplitude
 from ods.pipeline.image.samples.recorded import Recorded
 
-AMPLITUDES = SampleScale("linear", 1.0, None)
+AMPLITUDES = sample_scale(np.dtype(np.float32), "linear", 1.0)
 """The scale of a filled image."""
 
 _SHARE = 0.25

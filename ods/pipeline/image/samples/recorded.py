@@ -7,9 +7,22 @@ import numpy as np
 from ods.base.arrays import AnyArray, Ints, Ints32, Mask
 from ods.pipeline.image.missing.no_data import ALL_DATA
 from ods.pipeline.image.regions import Regions
+from ods.pipeline.image.samples.amplitude import SampleScale
 
 RegionNumbers = Ints32
 """(beams, samples) number of the detection that a recorded sample belongs to, from 1; 0 for the background."""
+
+
+class Frame(NamedTuple):
+    """The recorded samples of a ping."""
+
+    samples: AnyArray
+    """(all beams, all samples)."""
+    scale: SampleScale
+    missing: Mask
+    """(all beams, all samples) those that hold no data; `ALL_DATA` if all do."""
+    number: int
+    """Of the ping, less than 2**32."""
 
 
 class Recorded(NamedTuple):
