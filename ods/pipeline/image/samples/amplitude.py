@@ -10,7 +10,7 @@ then a flat row, and one stray count in it is not infinitely above its surroundi
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,9 +22,9 @@ MAX_AMPLITUDE = 1e15
 """Larger amplitudes are clipped, so that squares and sums of a whole image stay finite in float32."""
 
 
-def full_scale(dtype: np.dtype[np.generic]) -> float:
+def full_scale(dtype: np.dtype[Any]) -> float:
     """Return the highest sample of a type."""
-    return float(np.iinfo(dtype).max) if np.issubdtype(dtype, np.integer) else math.inf
+    return float(np.iinfo(dtype).max) if dtype.kind == "u" else math.inf
 
 
 FULL_SCALE: Mapping[str, float] = {kind: full_scale(dtype) for kind, dtype in SAMPLE_DTYPES.items()}
