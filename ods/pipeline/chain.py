@@ -10,7 +10,6 @@ from ods.base.arrays import SAMPLE_DTYPES, AnyArray
 from ods.compiled import native
 from ods.messages import MOST_HEARING_DB, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
-from ods.pipeline.image.image_layout import EVERY_PHASE
 from ods.pipeline.image.missing.no_data import NoDataError, samples_without_data
 from ods.pipeline.image.samples.amplitude import SampleScale
 from ods.pipeline.image.samples.recorded import Frame, RegionNumbers, unpaint
@@ -137,7 +136,7 @@ class Chain:
         faint: list[EchoTable] = []
         heard_from, count = 0.0, 0
         for prepared in self._kept[0].images:
-            if prepared.phase in (EVERY_PHASE, phase):
+            if prepared.phase in (None, phase):
                 more = prepared.detect(whole, context, mask, count)
                 found.append(more.echoes)
                 faint.append(more.faint)

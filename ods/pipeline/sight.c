@@ -196,7 +196,7 @@ KERNEL(shares_of_gaps, "b1[beams,samples] missing, int first, out f8[beams,rings
         double *shares = ARRAY(double, 2) + b * rings;
         memset(shares, 0, (size_t)rings * sizeof *shares);
         for (Span gap = next_gap(gaps, 0, samples); gap.begin < samples; gap = next_gap(gaps, gap.stop, samples))
-            for (int64_t j = gap.begin; j < gap.stop && gap.stop - gap.begin > LONGEST_BRIDGED; j++)
+            for (int64_t j = gap.begin; j < gap.stop && !is_bridged(gap); j++)
                 shares[j * rings / samples] += 1.0;
         for (int64_t r = 0; r < rings; r++)
             shares[r] /= (double)larger_i((r + 1) * samples / rings - r * samples / rings, 1);

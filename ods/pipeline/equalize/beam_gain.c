@@ -8,10 +8,8 @@
 #define MOST_PARTS 25
 /* and samples of a part, at least. */
 #define SHORTEST 16
-/* Lowest and highest parts of a beam that do not count, */
+/* Lowest and highest parts of a beam that do not count; but as many nearest ones always do where a beam is dark. */
 #define LEFT_OUT 2
-/* but so many nearest ones always do where a beam is dark. */
-#define NEAR 2
 /* Steps of the search for a median: it is known to 0.01 % of the mean. */
 #define HALVINGS 14
 /* Gains of less than half a decibel are left to the other equalizers. */
@@ -90,7 +88,7 @@ static void bounds_of_levels(float *means, int64_t parts, int64_t beams, float *
             continue;
         for (int64_t b = 0; b < beams; b++)
             part[b] /= around;
-        if (k < NEAR)
+        if (k < LEFT_OUT)
             for (int64_t b = 0; b < beams; b++)
                 nearest[b] = larger_f(part[b], nearest[b]);
         keep_extremes(part, beams, kept, falling, lowest, highest);

@@ -5,8 +5,6 @@
 
 /* Steps of the search for the median: it is known to 0.2 % of the mean. */
 #define HALVINGS 10
-/* Mean of a Rayleigh distribution, which speckle has, in multiples of its median. */
-#define SPECKLE_MEAN 1.064f
 
 /* Beams that are measured together. */
 #define ROWS 4
@@ -150,9 +148,10 @@ KERNEL(median_range_gain, GAINED_IMAGE ", float guard, int window, out f4[1,samp
     arguments += arguments_of(GAINED_IMAGE);
     float *restrict level = SCRATCH(float, image.samples), *restrict highest = SCRATCH(float, image.samples);
     measure(image, level, highest);
+    const float speckle_mean = sqrtf((float)(PI / log(16.0))); /* of a Rayleigh distribution, in multiples of its median */
     column_medians(image, level);
     for (int64_t j = 0; j < image.samples; j++)
-        level[j] *= SPECKLE_MEAN;
+        level[j] *= speckle_mean;
     limit_levels(level, image.samples, (float)FLOAT(0), blocks_around(INT(1)));
     to_gain(level, image.gain, image.samples, ARRAY(float, 2));
 }

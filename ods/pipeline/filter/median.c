@@ -7,8 +7,6 @@
 
 /* Longest window. */
 #define MOST 9
-/* Samples that are filtered at once: what is sorted of them stays in the fastest cache. */
-#define COLUMNS 256
 
 /* Triples of samples, each sorted. */
 typedef struct {

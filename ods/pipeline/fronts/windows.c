@@ -1,10 +1,11 @@
 /* The recorded samples around where an echo sets in, as levels (windows.py). */
 
+#include <float.h>
+
 #include "ods/pipeline/image/samples/samples.h"
 
 /* Of a window's mean amplitude, added to each, so that none is not infinitely below its surroundings. */
 #define LEAST 0.01f
-#define TINY 1e-30f
 /* 20 log10 2, 20 log10 e, and the bits of sqrt(1/2). */
 #define DB_OF_2 6.02059991f
 #define DB_OF_E 8.68588964f
@@ -83,7 +84,7 @@ KERNEL(level_windows, "out f4[windows,beams,cells] windows")
         float total = 0.0f, sum = 0.0f;
         for (int64_t j = 0; j < cells; j++)
             total += window[j];
-        const float scale = 1.0f / larger_f(total / (float)cells, TINY);
+        const float scale = 1.0f / larger_f(total / (float)cells, FLT_MIN);
         for (int64_t j = 0; j < cells; j++) {
             window[j] = decibels(window[j] * scale + LEAST);
             sum += window[j];

@@ -15,9 +15,7 @@ _LEARNT_IMAGES = 2
 """and the least number of images of each kind,"""
 _FIRST_IMAGES = 8
 """of speckle of one look, which comes first,"""
-_LEARNT_STEP_NS = 100_000_000
-"""Time between them, ns."""
-_TEXTURES = 1 << 16
+_TEXTURES = 65_536
 """Values of the texture that are drawn once for each kind: a gamma variate takes as long as ten cells of speckle."""
 
 Alive = Callable[[], object]
@@ -77,7 +75,7 @@ def _filtered(
         for k in range(1, stride):
             buffers.back[:] += samples[:, k::stride]
         buffers.back[:] /= np.float32(stride)
-        yield filters.run(buffers.flip(), PingContext(number * _LEARNT_STEP_NS, None))
+        yield filters.run(buffers.flip(), PingContext(number, None))
 
 
 def drawn(kind: Speckle, rng: np.random.Generator) -> Callable[[Image], None]:

@@ -19,7 +19,7 @@ _GRID = (16, 32)
 _LEAST_TILE = (2, 16)
 """the least cells of one."""
 _REGION = 4
-"""Tiles along each side of a region, as crests.c has it."""
+"""Tiles along each side of a region."""
 _LEARNT_IMAGES = 8
 
 
@@ -57,7 +57,7 @@ class LocalThreshold:
         if not upper > middle or noise <= 0.0:
             return np.ones((1, 1))
         factors = np.empty(self._regions)
-        native.crest_factors(image, self._tile, background, noise, level, middle, upper, factors)
+        native.crest_factors(image, self._tile, _REGION, background, noise, level, middle, upper, factors)
         return factors
 
 
@@ -69,5 +69,5 @@ def crest_quantiles(
     Over the background, in multiples of the noise. Tiles whose cells are all 0 hold no data and do not count.
     """
     quantiles = np.empty((*regions, 2))
-    native.crest_quantiles(image, tile, background, noise, quantiles)
+    native.crest_quantiles(image, tile, _REGION, background, noise, quantiles)
     return quantiles

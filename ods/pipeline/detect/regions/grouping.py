@@ -7,7 +7,7 @@ import numpy as np
 
 from ods.base.arrays import Image, Mask
 from ods.compiled import native
-from ods.pipeline.detect.background.rise import NO_RISE, Rise, levelled
+from ods.pipeline.detect.background.rise import Rise, levelled
 from ods.pipeline.detect.regions.split import split_regions
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.regions import RUN, Judged, Regions, Runs
@@ -21,7 +21,7 @@ class DetectionLevels(NamedTuple):
     low: float
     high: float
     background: float
-    rise: Rise = NO_RISE
+    rise: Rise = Rise.none()
 
 
 class GrowingRule(NamedTuple):
@@ -36,7 +36,7 @@ class GrowingRule(NamedTuple):
     smallest: int
     largest: int
     """Cells of a region."""
-    rise: Rise = NO_RISE
+    rise: Rise = Rise.none()
     """Of both levels."""
 
 

@@ -4,7 +4,7 @@
 #include "ods/pipeline/image/regions.h"
 
 /* Instead of a number: the image has cells that are no finite numbers. */
-#define NOT_A_NUMBER -1
+enum { NOT_A_NUMBER = -1 };
 /* Runs of a region that are sorted one by one. */
 #define FEW_RUNS 32
 /* Cells that are looked at together, and fewer, where they are not all low. */

@@ -161,7 +161,7 @@ KERNEL(blank_gaps, "out f4[beams,samples] image, b1[beams,samples] missing")
     for (int64_t b = 0; b < beams; b++) {
         const bool *gaps = missing.marks + b * samples;
         for (Span gap = next_gap(gaps, 0, samples); gap.begin < samples; gap = next_gap(gaps, gap.stop, samples)) {
-            if (gap.stop - gap.begin <= LONGEST_BRIDGED && gap.begin > 0 && gap.stop < samples)
+            if (is_bridged(gap) && gap.begin > 0 && gap.stop < samples)
                 continue;
             for (int64_t j = gap.begin; j < gap.stop; j++)
                 if (!is_one_beam_wide(missing, b, j))

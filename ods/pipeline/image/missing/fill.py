@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats32
 
-DRAWN = 1 << 14
+DRAWN = 16_384
 """Numbers of each kind that are drawn once; every beam of every ping begins at another place among them."""
 
 

@@ -7,10 +7,10 @@
 
 #include "ods/pipeline/image/samples/looked_at.h"
 
-/* Samples at a beam's end that are zero before it is looked at. */
-#define TAIL 16
 /* Samples that are judged together. */
 #define BLOCK 32
+/* Samples at a beam's end that are zero before it is looked at. */
+#define TAIL (BLOCK / 2)
 /* A block of a beam is loud where no more than this share of it is zero. */
 #define LOUD 0.5f
 /* Blocks before a run of zeros of which three in four have to be loud. */
@@ -186,8 +186,10 @@ static bool is_strewn(Samples frame, int64_t beams, int64_t first, float loud)
            && (double)seen.faint > FAINT_SHARE * (double)seen.others;
 }
 
-/* Returns 1 if beams end in zeros that are no data, from column starts[b] on, plus 2 if zeros strewn over the image are
-   none. Looked at is what lies from column `first` on; loud: mean of a block that is clearly above the lowest count. */
+enum { AT_ENDS = 1, STREWN_ABOUT = 2 };
+
+/* Returns AT_ENDS if beams end in zeros that are no data, from column starts[b] on, plus STREWN_ABOUT if zeros strewn over the image
+   are none. Looked at is what lies from column `first` on; loud: mean of a block that is clearly above the lowest count. */
 KERNEL_INT(find_gaps, "rows u1|u2|f4[beams,:] frame, int first, float loud, out i8[beams] starts")
 {
     const Samples frame = SAMPLES(0);
@@ -196,8 +198,8 @@ KERNEL_INT(find_gaps, "rows u1|u2|f4[beams,:] frame, int first, float loud, out 
     if (first < 0 || first >= frame.samples)
         return 0;
     if (any_silent_tail(frame, beams, first) && find_starts_of_gaps(frame, beams, first, ARRAY(int64_t, 3)))
-        found += 1;
+        found += AT_ENDS;
     if (share_of_zeros_in(frame, beams, first) > STREWN && is_strewn(frame, beams, first, (float)FLOAT(2)))
-        found += 2;
+        found += STREWN_ABOUT;
     return found;
 }

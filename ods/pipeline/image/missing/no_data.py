@@ -1,6 +1,7 @@
 """Samples that hold no data: those that the decoder reported, and those recognized by their values."""
 
 import math
+from enum import IntFlag, auto
 
 import numpy as np
 
@@ -13,8 +14,13 @@ ALL_DATA: Mask = np.zeros((0, 0), np.bool_)
 
 _LOUD_RATIO = 4.0
 """Mean amplitude of a block that is clearly above the lowest count: of speckle there, 5 % are 0."""
-_ENDS, _STREWN = 1, 2
-"""Zeros that are no data: at the ends of beams, and strewn over the image."""
+
+
+class _Zeros(IntFlag):
+    """Zeros that are no data, as no_data.c says."""
+
+    AT_ENDS = auto()
+    STREWN_ABOUT = auto()
 
 
 class NoDataError(ValueError):
@@ -46,9 +52,9 @@ def _found(ping: Ping, frame: AnyArray, first: int) -> Mask:
     if not found:
         return ALL_DATA
     mask = np.zeros(frame.shape, np.bool_)
-    if found & _STREWN:
+    if found & _Zeros.STREWN_ABOUT:
         np.equal(frame[:, first:], 0, out=mask[:, first:])
-    if found & _ENDS:
+    if found & _Zeros.AT_ENDS:
         for row, start in zip(mask, starts.tolist(), strict=True):
             row[start:] = True
     return mask

@@ -1,5 +1,6 @@
 /* What is below a sonar's own threshold: where that is, and speckle in its place. See threshold.py. */
 
+#include "ods/pipeline/filter/rows/lanes.h"
 #include "ods/pipeline/image/missing/fill.h"
 #include "ods/pipeline/image/samples/looked_at.h"
 
@@ -7,10 +8,8 @@
 #define FAINTEST 1e-3
 /* Stands for no sample at all, where nobody knows how quiet it is: a sixth of the threshold. */
 #define SILENT exp(-36.0)
-/* Minima that are kept side by side, so that their search vectorises though NaN is honoured. */
-#define LANES 16
 
-/* Returns the lowest of the values over `bottom`; INFINITY where there is none. */
+/* Returns, as LANES minima, so that it vectorises though NaN is honoured, the lowest of the values over `bottom`; INFINITY where there is none. */
 static float lowest_over(float bottom, const float *values, int64_t count)
 {
     float lanes[LANES], lowest = INFINITY;

@@ -1,9 +1,7 @@
 /* Samples without data, in cells of the image that are means of several. */
 
+#include "ods/pipeline/image/missing/fill.h"
 #include "ods/pipeline/image/samples/recorded.h"
-
-/* To either side; fewer would make cells that lack a sample noisier than the others. */
-#define CELLS_AROUND 4
 
 /* Returns the mean of those of samples `begin` to `stop` - 1 that hold data. */
 static double mean_of_data(const float *row, const bool *gaps, int64_t begin, int64_t stop)
@@ -31,7 +29,7 @@ static void store_sample(char *row, char type, int64_t column, double value)
 /* Gives the samples without data of a cell that has some, from `first` on, the mean of those around that hold data. */
 static void lend_to_cell(const float *row, const bool *gaps, int64_t first, Recorded recorded, char *out)
 {
-    const int64_t stop = first + recorded.stride, reach = CELLS_AROUND * recorded.stride;
+    const int64_t stop = first + recorded.stride, reach = NEIGHBOURS * recorded.stride;
     int64_t lost = 0;
     for (int64_t j = first; j < stop; j++)
         lost += gaps[j];
@@ -44,7 +42,7 @@ static void lend_to_cell(const float *row, const bool *gaps, int64_t first, Reco
         }
 }
 
-/* Gives samples without data, in cells that have some, the mean of those within CELLS_AROUND that hold data.
+/* Gives samples without data, in cells that have some, the mean of those within NEIGHBOURS cells that hold data.
    out: a copy of the samples. */
 KERNEL(lend_samples, RECORDED ", rows out u1|u2|f4[beams,:] out")
 {
