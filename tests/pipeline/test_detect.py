@@ -5,7 +5,7 @@ from scipy import ndimage
 
 from ods.base.arrays import AnyArray, Image, Ints32
 from ods.compiled import native
-from ods.pipeline.detect.background.noise import NoiseMeter
+from ods.pipeline.detect.background.noise import background_and_noise
 from ods.pipeline.detect.levels import two_level
 from ods.pipeline.detect.regions.grouping import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.image.fan import Fan
@@ -83,11 +83,11 @@ def test_low_level_says_how_far_and_high_level_that_it_exists() -> None:
 def test_background_and_noise_are_the_quantiles() -> None:
     image = speckle()
     quantile = np.quantile(image, [0.5, 0.8413])
-    middle, noise = NoiseMeter().background_and_noise(image)
+    middle, noise = background_and_noise(image)
     assert middle == pytest.approx(quantile[0], rel=0.02)
     assert noise == pytest.approx(quantile[1] - quantile[0], rel=0.08)
     image[10:30, 100:130] = 50.0  # 1 % of the image
-    assert NoiseMeter().background_and_noise(image)[1] == pytest.approx(1.04 * noise, rel=0.08)
+    assert background_and_noise(image)[1] == pytest.approx(1.04 * noise, rel=0.08)
 
 
 def test_levels_adapt_to_the_scale_of_the_image() -> None:

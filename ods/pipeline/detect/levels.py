@@ -7,7 +7,7 @@ import numpy as np
 from ods.base.arrays import Image
 from ods.compiled import native
 from ods.pipeline.detect.background.crests import LocalThreshold
-from ods.pipeline.detect.background.noise import NoiseMeter
+from ods.pipeline.detect.background.noise import background_and_noise
 from ods.pipeline.detect.background.rise import Rise
 from ods.pipeline.detect.background.tail import TailQuantile
 from ods.pipeline.detect.regions.grouping import DetectionLevels, Grouping
@@ -53,14 +53,14 @@ def level_detector(
     where it rises by `params.follow` is faint. fronts: faint echoes are judged by how they set in where the bed is
     rough, so that levels need not rise for them there.
     """
-    (low, high), meter = levels, NoiseMeter()
+    low, high = levels
     crests, tail = LocalThreshold(fan.shape), TailQuantile(params.rate)
     group = Grouping(params, fan)
     follow = params.follow if params.levels == "noise" else 0.0
     low_power = 0.0 if fronts and faint < follow else faint
 
     def find(image: Image, recorded: Recorded) -> Regions:
-        background, noise = meter.background_and_noise(image)
+        background, noise = background_and_noise(image)
         if background <= 0.0:
             return group.nothing(image)
         below, above = levels_between(params.levels, low, high, background, noise)

@@ -1,10 +1,9 @@
 /* Equalization by range: the average over the beams is brought to 1 [SSIE, Image processing, stage 1]. */
 
 #include "ods/pipeline/equalize/by_range.h"
+#include "ods/pipeline/filter/rows/halving.h"
 #include "ods/pipeline/image/gained_image.h"
 
-/* Steps of the search for the median: it is known to 0.2 % of the mean. */
-#define HALVINGS 10
 
 /* Beams that are measured together. */
 #define ROWS 4

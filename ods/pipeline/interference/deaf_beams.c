@@ -1,8 +1,10 @@
 /* Beams that say nothing of the water: saturated ones, and such as receive a source that sounds without end. See
    deaf_beams.py. */
 
+#include "ods/pipeline/filter/rows/halving.h"
 #include "ods/pipeline/filter/rows/lanes.h"
 #include "ods/pipeline/image/missing/no_data.h"
+#include "ods/pipeline/image/samples/decibels.h"
 #include "ods/pipeline/image/samples/samples.h"
 
 /* Samples in a row that are looked at of each part of the range, */
@@ -21,8 +23,6 @@
    vehicle rolls, many are raised, the more the farther they are to one side. */
 #define BESIDE 8
 #define STANDS_OUT_DB 4.0f
-/* Steps of the search for a median: it is known to a 2000th of the spread. */
-#define HALVINGS 11
 /* Beams whose samples are fetched before their turn. */
 #define AHEAD 2
 
@@ -36,18 +36,6 @@ typedef struct {
     float *middle;  /* (rings,) */
     uint8_t *codes; /* (beams,) */
 } Plane;
-
-/* Returns 20 log10 of an amplitude, 0.06 dB off at most. */
-static float db_of(float amplitude)
-{
-    union {
-        float value;
-        uint32_t bits;
-    } x = {amplitude};
-    const float exponent = (float)(int32_t)(x.bits >> 23) - 128.0f;
-    x.bits = (x.bits & 0x7FFFFFu) | 0x3F800000u;
-    return 6.0206f * (exponent + (-0.33582878f * x.value + 2.0f) * x.value - 0.65871759f);
-}
 
 /* Returns the samples of a beam from `begin` on. */
 static inline Lanes lanes_of(Samples frame, int64_t beam, int64_t begin)
@@ -87,7 +75,7 @@ static void turn_into_levels(float *sums, const float *counts, int64_t size, Mea
     for (int64_t k = 0; k < size; k++) {
         const float mean = sums[k] / larger_f(counts[k], 1.0f);
         const float amplitude = mean + offset, by_count = mean * db_a_count;
-        const float level = db_a_count > 0.0f ? by_count : amplitude > 1e-12f ? db_of(amplitude) : NAN;
+        const float level = db_a_count > 0.0f ? by_count : amplitude > 1e-12f ? decibels(amplitude) : NAN;
         sums[k] = 2.0f * counts[k] < LOOKED_AT ? NAN : level;
     }
 }
@@ -154,17 +142,7 @@ static float median_level(const float *level, const uint8_t *codes, int64_t beam
     if (count < BESIDE)
         return NAN; /* so few have no level in common */
     find_borders(kept, count, &low, &high);
-    for (int64_t step = 0; step < HALVINGS; step++) {
-        const float at = 0.5f * (low + high);
-        int32_t above = 0;
-        for (int32_t i = 0; i < count; i++)
-            above += kept[i] > at;
-        if (2 * above >= count)
-            low = at;
-        else
-            high = at;
-    }
-    return 0.5f * (low + high);
+    return median_between(low, high, kept, count);
 }
 
 /* Turns the plane's levels into excesses. */

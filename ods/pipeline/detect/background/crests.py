@@ -12,7 +12,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Image
 from ods.compiled import native
-from ods.pipeline.detect.background.noise import NoiseMeter
+from ods.pipeline.detect.background.noise import background_and_noise
 
 _GRID = (16, 32)
 """Tiles across the beams and along the range, at most, and"""
@@ -37,9 +37,9 @@ class LocalThreshold:
 
     def learn(self, images: Iterable[Image]) -> None:
         """Take in how high the crests of images without echoes reach, all from the same chain."""
-        meter, found = NoiseMeter(), [np.empty((0, 2))]
+        found = [np.empty((0, 2))]
         for image in islice(images, _LEARNT_IMAGES):
-            background, noise = meter.background_and_noise(image)
+            background, noise = background_and_noise(image)
             if noise > 0.0:
                 measured = crest_quantiles(image, self._tile, background, noise, self._regions).reshape(-1, 2)
                 found.append(measured[measured[:, 0] > 0.0])

@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Image
 from ods.compiled import native
-from ods.pipeline.detect.background.noise import NoiseMeter
+from ods.pipeline.detect.background.noise import background_and_noise
 
 _BINS = 16384
 _SPAN = 32.0
@@ -38,7 +38,6 @@ class TailQuantile:
     def __init__(self, rate: float) -> None:
         """rate: the share of the cells without echoes that shall be above the level."""
         self._rate = rate
-        self._noise = NoiseMeter()
         self._counted = np.zeros((2, _BINS))
         """Of cells where no echo is, and of those that may be an echo's."""
         self._former = np.zeros(_BINS)
@@ -55,7 +54,7 @@ class TailQuantile:
         for images in kinds:
             counted = np.zeros((2, _BINS))
             for image in images:
-                background, noise = self._noise.background_and_noise(image)
+                background, noise = background_and_noise(image)
                 if background > 0.0:
                     crest = background * crest_over(float(np.log1p(noise / background)))
                     _count(image, (0, len(image)), crest, background, counted)
@@ -71,7 +70,7 @@ class TailQuantile:
             self._level_of = np.linalg.lstsq(*weighted, rcond=None)[0]
 
     def level(self, image: Image, background: float, noise: float) -> float:
-        """Return the level of an image (beams, samples) of such background and noise, as NoiseMeter measures them."""
+        """Return the level of an image (beams, samples) of such a background and noise (`background_and_noise`)."""
         self._images += 1
         self._spread += (float(np.log1p(noise / background)) - self._spread) / min(self._images, _RENEWED)
         beams, part = len(image), self._images % _PARTS
