@@ -130,7 +130,7 @@ class Chain:
             raise PingError(str(error)) from error
         whole = Frame(frame, self._scale, missing, ping.seq % 2**32)
         deaf = self._beams.judge(ping, whole, first)
-        whole = whole._replace(missing=deaf.missing)
+        whole = Frame(frame, self._scale, deaf.missing, whole.number)
         unseen = self._sight.judge(ping, whole, first, deaf)
         found: list[EchoTable] = []
         faint: list[EchoTable] = []

@@ -171,20 +171,21 @@ static double least_judged_db(char type, Meaning meaning)
 
 /* Measures the levels of a frame from column `first` on and judges them; returns whether anything is unseen. */
 KERNEL_BOOL(judge_levels, "rows u1|u2|f4[beams,:] frame, int first, " MISSING ", " MEANING ", " LEVELS
-                          ", float most_saturated, float fast, float slow, float growing, "
+                          ", float most_saturated, float since_s, float learning_s, float forgetting_s, float growing_used_s, "
                           "out b1[groups] fallen, out b1[groups] risen")
 {
     const Missing missing = missing_at(&arguments[2], SIZE(0, 0), SIZE(0, 1));
     const Meaning meaning = MEANING_AT(3);
     const Levels levels = {SIZE(5, 0), SIZE(5, 1), ARRAY(double, 5), ARRAY(double, 6), ARRAY(double, 7),
                            ARRAY(double, 8)};
-    const Rates rates = {FLOAT(10), FLOAT(11), FLOAT(12)};
+    const double since_s = FLOAT(10);
+    const Rates rates = {-expm1(-since_s / FLOAT(11)), -expm1(-since_s / FLOAT(12)), -expm1(-since_s / FLOAT(13))};
     if (SIZE(0, 0) == 0 || INT(1) < 0 || INT(1) >= SIZE(0, 1))
         return false;
     double *last_db = SCRATCH(double, levels.groups * levels.rings);
     memcpy(last_db, levels.now_db, (size_t)(levels.groups * levels.rings) * sizeof *last_db);
     measure(SAMPLES(0), INT(1), missing, meaning, levels);
-    return follow(levels, last_db, least_judged_db(TYPE(0), meaning), FLOAT(9), rates, ARRAY(bool, 13), ARRAY(bool, 14));
+    return follow(levels, last_db, least_judged_db(TYPE(0), meaning), FLOAT(9), rates, ARRAY(bool, 14), ARRAY(bool, 15));
 }
 
 /* Fills shares with what is missing of each ring from column `first` on, but for gaps that are bridged. */

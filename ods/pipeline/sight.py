@@ -8,7 +8,6 @@ audible before it. A level that has risen is believed as slowly as a fallen one 
 what comes back from a loud spell is where it was.
 """
 
-import math
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -71,10 +70,10 @@ class BlindnessMonitor:
         """Return what a ping did not show, from column `first` on."""
         self._keep_reference(ping, first)
         since_s, self._t_ns = max(ping.t_ns - self._t_ns, 0) / NS, ping.t_ns
-        rates = (-math.expm1(-since_s / each) for each in (LEARNING_S, FORGETTING_S, GROWING_USED_S))
         scale = frame.scale
         blind = native.judge_levels(
-            frame.samples, first, deaf.missing, scale.top, scale.db_a_count, self._levels, SATURATED_SHARE, *rates,
+            frame.samples, first, deaf.missing, scale.top, scale.db_a_count, self._levels, SATURATED_SHARE, since_s,
+            LEARNING_S, FORGETTING_S, GROWING_USED_S,
             self._fallen, self._risen,
         )  # fmt: skip
         if not blind and not deaf.missing.size:

@@ -311,22 +311,23 @@ static void follow_gains(Plane plane, float learning, float forgetting)
 /* Judges the beams of a frame from column `first` on, plane by plane; returns whether any is deaf.
    gain (planes, rings, beams of a plane): of the beams in the parts of their range, dB; codes (beams,): as in
    deaf_beams.py, those of the ping before; both follow. */
-KERNEL_BOOL(judge_beams, "rows u1|u2|f4[beams,:] frame, int first, " MISSING ", " MEANING ", float learning, "
-                         "float forgetting, out f4[planes,rings,per_plane] gain, out u1[beams] codes")
+KERNEL_BOOL(judge_beams, "rows u1|u2|f4[beams,:] frame, int first, " MISSING ", " MEANING ", float since_s, "
+                         "float learning_s, float forgetting_s, out f4[planes,rings,per_plane] gain, out u1[beams] codes")
 {
-    const int64_t first = INT(1), planes = SIZE(7, 0), rings = SIZE(7, 1), per_plane = SIZE(7, 2);
+    const int64_t first = INT(1), planes = SIZE(8, 0), rings = SIZE(8, 1), per_plane = SIZE(8, 2);
+    const float learning = (float)-expm1(-FLOAT(5) / FLOAT(6)), forgetting = (float)-expm1(-FLOAT(5) / FLOAT(7));
     const Missing missing = missing_at(&arguments[2], SIZE(0, 0), SIZE(0, 1));
-    uint8_t *codes = ARRAY(uint8_t, 8);
+    uint8_t *codes = ARRAY(uint8_t, 9);
     bool any = false;
     if (first < 0 || SIZE(0, 1) - first < rings * LOOKED_AT || planes * per_plane != SIZE(0, 0))
         return false;
     for (int64_t p = 0; p < planes; p++) {
-        Plane plane = {per_plane, rings, SCRATCH(float, rings * per_plane), ARRAY(float, 7) + p * rings * per_plane,
+        Plane plane = {per_plane, rings, SCRATCH(float, rings * per_plane), ARRAY(float, 8) + p * rings * per_plane,
                        SCRATCH(float, rings), codes + p * per_plane};
         measure_levels(SAMPLES(0), p * per_plane, first, missing, MEANING_AT(3), plane);
         compare(&plane);
         find_drowned(plane);
-        follow_gains(plane, (float)FLOAT(5), (float)FLOAT(6));
+        follow_gains(plane, learning, forgetting);
     }
     for (int64_t b = 0; b < SIZE(0, 0); b++)
         any |= codes[b] != HEARS;

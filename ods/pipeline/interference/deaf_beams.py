@@ -6,7 +6,6 @@ a beam over all ranges, as it is added, which shows most where the others are qu
 it does so in few beams, about one.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -53,11 +52,10 @@ class BeamJudge:
             self._codes = np.zeros(ping.beams, np.uint8)
             self._setting = setting
         since_s, self._t_ns = max(ping.t_ns - self._t_ns, 0) / NS, ping.t_ns
-        rates = (-math.expm1(-since_s / each) for each in (LEARNING_S, FORGETTING_S))
         samples, scale, missing, _ = frame
-        if not native.judge_beams(
-            samples, first, missing, scale.top, scale.db_a_count, *rates, self._gain, self._codes
-        ):
+        times_s = since_s, LEARNING_S, FORGETTING_S
+        meaning = scale.top, scale.db_a_count
+        if not native.judge_beams(samples, first, missing, meaning, times_s, self._gain, self._codes):
             return DeafBeams(self._codes, False, missing)
         more = missing.copy() if missing.size else np.zeros(samples.shape, np.bool_)
         more[self._codes > 0] = True

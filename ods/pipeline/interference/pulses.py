@@ -74,7 +74,8 @@ class PulseFinder:
         sent = (ping.t_ns - self._begun_ns) / NS, 2.0 / ping.sound_speed
         self._buried.add(ping, frame, sent[0])
         found = native.find_pulses(echoes, sent, near_m, far_m, since_s, SHORTEST_S, self._memory, self._found)
-        self._listen([Train(*row) for row in self._found[:found].tolist()], sent[0])
+        if found or self._memory.counts[1]:
+            self._listen([Train(*row) for row in self._found[:found].tolist()], sent[0])
         trains = self._trains
         if not trains or not native.mark_pulses(echoes, faint, sent, self._memory, pulses.of_echoes, pulses.of_faint):
             return pulses

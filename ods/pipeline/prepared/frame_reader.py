@@ -39,7 +39,7 @@ class FrameReader:
     def __init__(self, layout: ImageLayout, buffers: DoubleBuffer) -> None:
         self._layout = layout
         self._buffers = buffers
-        self._of_gain_1 = of_gain_1(buffers.back)
+        self._of_gain_1 = of_gain_1(buffers.back)._replace(offset=mean_offset(layout.stride))
         self._columns = [
             Decimation(int(layout.origin[band.columns.start]), layout.stride, band.columns.start, band.columns.stop)
             for band in layout.bands
@@ -51,6 +51,7 @@ class FrameReader:
     def read(self, frame: Frame) -> ReadImage:
         """Return the image of the layout's rows and ranges of a frame."""
         layout, buffers, scale = self._layout, self._buffers, frame.scale
+        buffers.restart()
         missing = frame.missing[layout.rows] if frame.missing.size else frame.missing
         recorded = Recorded(frame.samples[layout.rows], layout.origin, layout.stride, missing)
         gaps = ALL_DATA
@@ -76,15 +77,14 @@ class FrameReader:
 
     def _counts(self, rows: AnyArray) -> GainedImage:
         """Return counts as they are, or their means, rounded down."""
-        first, stride, offset = self._columns[0].first, self._layout.stride, mean_offset(self._layout.stride)
-        if stride == len(self._columns) == 1:
-            return self._of_gain_1._replace(cells=rows, first=first, offset=offset)
+        if self._layout.stride == len(self._columns) == 1:
+            return self._of_gain_1._replace(cells=rows, first=self._columns[0].first)
         if rows.dtype not in self._averaged:
             self._averaged[rows.dtype] = np.empty(self._buffers.back.shape, rows.dtype)
         counts = self._averaged[rows.dtype]
         for columns in self._columns:
             native.average_counts(rows, columns, counts)
-        return self._of_gain_1._replace(cells=counts, offset=offset)
+        return self._of_gain_1._replace(cells=counts)
 
 
 def _with_samples_lent(recorded: Recorded) -> Recorded:

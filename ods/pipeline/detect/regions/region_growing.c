@@ -5,8 +5,9 @@
 
 /* Instead of a number: the image has cells that are no finite numbers. */
 enum { NOT_A_NUMBER = -1 };
-/* Cells that are looked at together, and fewer, where they are not all low. */
+/* Cells that are looked at together, and runs of a region that are sorted one by one. */
 #define BLOCK 64
+/* Cells that are looked at together where they are not all low. */
 #define FEW_CELLS 16
 /* Beams that are fetched before their turn: regions grow into them, which the cache cannot foresee. */
 #define AHEAD 4
@@ -109,9 +110,19 @@ static int64_t grow(Growth *growth, int64_t beam, int64_t column)
 /* Sorts the runs of one region by beam and column. */
 static void sort(Run *runs, int64_t count)
 {
-    Run *sorted = SCRATCH(Run, count);
-    sorted_runs(runs, count, sorted);
-    memcpy(runs, sorted, (size_t)count * sizeof *runs);
+    if (count > BLOCK) {
+        Run *sorted = SCRATCH(Run, count);
+        sorted_runs(runs, count, sorted);
+        memcpy(runs, sorted, (size_t)count * sizeof *runs);
+        return;
+    }
+    for (int64_t i = 1; i < count; i++) {
+        const Run run = runs[i];
+        int64_t k = i;
+        for (; k > 0 && order_of_run(runs[k - 1]) > order_of_run(run); k--)
+            runs[k] = runs[k - 1];
+        runs[k] = run;
+    }
 }
 
 /* Grows the region around one cell, and numbers it; returns its number, or the last one if it is of no good size. */

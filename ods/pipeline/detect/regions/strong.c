@@ -53,7 +53,7 @@ KERNEL_FLOAT(level_of_strongest, RECORDED ", float share")
 {
     const Recorded recorded = recorded_at(arguments);
     const bool are_counts = recorded.samples.type != 'f';
-    const LookedAt some = look_at(recorded.samples, recorded.beams, 0, &recorded.missing);
+    const LookedAt some = look_at(recorded.samples, recorded.beams, 0, 4 * LOOKED_AT, &recorded.missing);
     const int64_t count = some.count;
     if (count == 0)
         return 0.0;

@@ -5,8 +5,8 @@
 
 #include "kernel.h"
 
-/* Steps: it is then known to a 4000th of the interval. */
-#define HALVINGS 12
+/* Steps: it is then known to a thousandth of the interval. */
+#define HALVINGS 10
 
 /* Returns the median of values that lie between low and high. */
 static inline float median_between(float low, float high, const float *values, int64_t count)

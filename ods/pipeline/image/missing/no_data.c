@@ -29,7 +29,7 @@
 /* Returns the share of zeros among some samples from column `first` on. */
 static double share_of_zeros_in(Samples frame, int64_t beams, int64_t first)
 {
-    const LookedAt looked_at = look_at(frame, beams, first, NULL);
+    const LookedAt looked_at = look_at(frame, beams, first, LOOKED_AT, NULL);
     int64_t zeros = 0;
     for (int64_t i = 0; i < looked_at.count; i++)
         zeros += looked_at.values[i] == 0.0f;

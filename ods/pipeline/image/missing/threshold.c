@@ -32,7 +32,7 @@ static float lowest_over(float bottom, const float *values, int64_t count)
 KERNEL(lowest_samples, "rows u1|u2|f4[beams,:] samples, " MISSING ", float silence, out f8[3] lowest")
 {
     const Missing missing = missing_at(&arguments[1], SIZE(0, 0), SIZE(0, 1));
-    const LookedAt looked_at = look_at(SAMPLES(0), SIZE(0, 0), 0, &missing);
+    const LookedAt looked_at = look_at(SAMPLES(0), SIZE(0, 0), 0, LOOKED_AT, &missing);
     const float silence = (float)FLOAT(2);
     const float lowest = larger_f(lowest_over(-INFINITY, looked_at.values, looked_at.count), silence);
     const float higher = lowest_over(lowest, looked_at.values, looked_at.count);

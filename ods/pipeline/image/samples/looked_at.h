@@ -6,20 +6,20 @@
 #include "ods/pipeline/image/missing/no_data.h"
 #include "ods/pipeline/image/samples/samples.h"
 
-/* So many: shares are known to a hundredth then. */
-#define LOOKED_AT 4096
+/* So many: a share is known to a hundredth or two then. */
+#define LOOKED_AT 1024
 
 typedef struct {
     const float *values;
     int64_t count;
 } LookedAt;
 
-/* Returns about LOOKED_AT of the samples of all beams from column `first` on; only such as hold data, where `missing` is
+/* Returns about `count` of the samples of all beams from column `first` on; only such as hold data, where `missing` is
    not NULL. */
-static inline LookedAt look_at(Samples frame, int64_t beams, int64_t first, const Missing *missing)
+static inline LookedAt look_at(Samples frame, int64_t beams, int64_t first, int64_t count, const Missing *missing)
 {
     const int64_t samples = larger_i(frame.samples - first, 0);
-    const int64_t step = larger_i(1, beams * samples / LOOKED_AT) | 1; /* odd: so that it falls in with no rows */
+    const int64_t step = larger_i(1, beams * samples / count) | 1; /* odd: so that it falls in with no rows */
     float *values = SCRATCH(float, beams * samples / step + 1);
     int64_t kept = 0, begin = 0;
     for (int64_t b = 0; b < beams && samples > 0; b++) {
