@@ -102,7 +102,7 @@ class Chain:
             seen = self._look(ping, frame, PingContext(ping.t_ns, pose), mask)
             self._phase += 1
         else:
-            seen = _Seen([], [], nothing_sent(ping, frame, first, self._scale.top), 0.0, [])
+            seen = _Seen([], [], nothing_sent(ping, frame, first, self._scale.top), None, [])
         return Detections(
             seq=ping.seq,
             ping_number=ping.ping_number,
@@ -119,7 +119,7 @@ class Chain:
             unseen_why=seen.unseen.why,
             faint=seen.faint,
             second_ways_m=seen.second_ways_m,
-            heard_from_db=_heard_from_db(seen.heard_from),
+            heard_from_db=seen.heard_from_db,
         )
 
     def _look(self, ping: Ping, frame: AnyArray, context: PingContext, mask: RegionNumbers | None) -> "_Seen":
@@ -134,14 +134,15 @@ class Chain:
         unseen = self._sight.judge(ping, whole, first, deaf)
         found: list[EchoTable] = []
         faint: list[EchoTable] = []
-        heard_from, count = 0.0, 0
+        heard_from: list[float] = []
+        count = 0
         for prepared in self._kept[0].images:
             if prepared.phase in (None, phase):
                 more = prepared.detect(whole, context, mask, count)
                 found.append(more.echoes)
                 faint.append(more.faint)
                 count += len(more.echoes)
-                heard_from = max(heard_from, more.heard_from)
+                heard_from += [] if more.heard_from is None else [more.heard_from]
         echoes, weak = joined(found), joined(faint)
         pulses = self._pulses.sort_out(ping, frame, echoes, weak)
         if pulses.why:
@@ -149,8 +150,9 @@ class Chain:
             unseen = with_parts(unseen, pulses.parts, pulses.why, self._plan.sector)
             if mask is not None:
                 unpaint(mask, pulses.of_echoes)
-        ways_m = self._second_ways.of(ping, self._scale.db_a_count, echoes, weak, _heard_from_db(heard_from) or 0.0)
-        return _Seen(_detections(echoes), _detections(weak), unseen, heard_from, ways_m)
+        from_db = _heard_from_db(heard_from)
+        ways_m = self._second_ways.of(ping, self._scale.db_a_count, echoes, weak, from_db or 0.0)
+        return _Seen(_detections(echoes), _detections(weak), unseen, from_db, ways_m)
 
     def _prepare(self, ping: Ping) -> None:
         sampling = (ping.dtype, ping.scale, ping.scale_factor)
@@ -213,7 +215,7 @@ class _Seen(NamedTuple):
     detections: list[Detection]
     faint: list[Detection]
     unseen: Unseen
-    heard_from: float
+    heard_from_db: float | None
     second_ways_m: list[float]
 
 
@@ -221,11 +223,10 @@ def _detections(echoes: EchoTable) -> list[Detection]:
     return [*starmap(Detection, ROW.iter_unpack(echoes.tobytes()))]
 
 
-def _heard_from_db(heard_from: float) -> float | None:
-    """Return `Found.heard_from` as reported: levels set in absolute numbers may be anywhere."""
-    if heard_from <= 0.0:
-        return None
-    return min(max(20.0 * math.log10(heard_from), 0.0), MOST_HEARING_DB)
+def _heard_from_db(heard_from: list[float]) -> float | None:
+    """Return `Found.heard_from` of all images as reported: levels set in absolute numbers may be anywhere."""
+    highest = max(heard_from, default=0.0)
+    return min(max(20.0 * math.log10(highest), 0.0), MOST_HEARING_DB) if highest > 0.0 else None
 
 
 def _checked_frame(ping: Ping) -> AnyArray:

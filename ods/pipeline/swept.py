@@ -36,8 +36,6 @@ LONGEST_PAUSE_NS = 3 * NS
 MOST_MISSING = 5.0
 """Beams between two pings of one sweep."""
 HALF_TURN = math.pi + 1e-6
-LEAST_SHARE = 0.01
-"""Of what the ping looked at: less than this unseen is not worth words."""
 
 HeadAt = Callable[[int], PoseEstimate | None]
 
@@ -139,7 +137,7 @@ class SweptSonar:
             faint=faint,
             unseen=[*parts, *not_swept],
             unseen_share=min(share, 1.0),
-            unseen_why=found.unseen_why if share > LEAST_SHARE else "",
+            unseen_why=found.unseen_why if parts else "",
             turn_s=swept.sweep.turn_s,
         )
 

@@ -1,6 +1,7 @@
 """Detection by levels, `two_level` and `one_level` [SSIE, Image processing, stage 3]."""
 
 from collections.abc import Iterable
+from statistics import median
 
 import numpy as np
 
@@ -80,7 +81,7 @@ def level_detector(
         rough = fronts and ordered[_ROUGH_QUARTER * len(ordered) // 4] > _ROUGH
         rise = Rise(background, factors, low_power, low_power if rough else faint, *crests.region)
         runs, total, _, judged, *_ = group.regions(image, recorded, DetectionLevels(below, above, background, rise))
-        heard_from = 1.0 + (above / background - 1.0) * _middle(ordered) ** faint
+        heard_from = 1.0 + (above / background - 1.0) * median(ordered) ** faint
         if faint >= follow:
             return Regions(runs, total, background, judged, None, heard_from, rough)
         strong = np.empty(total, np.bool_)
@@ -102,8 +103,3 @@ def levels_between(unit: str, low: float, high: float, background: float, noise:
         return low * background, high * background
     spread = max(noise, _LEAST_NOISE * background)
     return background + low * spread, background + high * spread
-
-
-def _middle(ordered: list[float]) -> float:
-    """Return the median."""
-    return 0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2])

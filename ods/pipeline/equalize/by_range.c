@@ -2,11 +2,10 @@
 
 #include "ods/pipeline/equalize/by_range.h"
 #include "ods/pipeline/filter/rows/halving.h"
+#include "ods/pipeline/filter/rows/lanes.h"
 #include "ods/pipeline/image/gained_image.h"
 
 
-/* Beams that are measured together. */
-#define ROWS 4
 #define COUNTS_OF(COUNT, b) ((const COUNT *)(image.cells.data + (b) * image.cells.row_bytes) + image.first)
 
 /* Of counts of one type, the body of measure_counts; ROWS at a time, the last ones one by one. */

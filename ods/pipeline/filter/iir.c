@@ -1,9 +1,7 @@
 /* Recursive filter in range, run both ways: no delay, and a cost that does not depend on its length. */
 
+#include "ods/pipeline/filter/rows/lanes.h"
 #include "ods/pipeline/image/gained_image.h"
-
-/* Rows that are filtered at once: their sums do not wait for one another. */
-#define ROWS 4
 
 /* Fills left with the sums of the samples up to each of ROWS rows (samples,), weighed by pole^distance. */
 static void sum_from_left(float *const *rows, float pole, int64_t samples, float *const *left)

@@ -55,18 +55,12 @@ class DoubleBuffer:
     def __init__(self, shape: tuple[int, int]) -> None:
         self.front, self.back = np.empty(shape, np.float32), np.empty(shape, np.float32)
         self._front, self._back = of_gain_1(self.front), of_gain_1(self.back)
-        self._first = self.front
 
     def flip(self) -> GainedImage:
         """Make the image that was written the front one, and return it."""
         self.front, self.back = self.back, self.front
         self._front, self._back = self._back, self._front
         return self._front
-
-    def restart(self) -> None:
-        """Begin with a new ping, in the buffer that the last one began in: it may still be in the cache."""
-        if self.front is not self._first:
-            self.flip()
 
     def apply(self, image: GainedImage) -> GainedImage:
         """Return the image with its gain applied, which then is the front one."""

@@ -37,8 +37,8 @@ class Regions(NamedTuple):
     """For pictures only; None: by no levels."""
     faint: Mask | None = None
     """(total,) those that are too weak for the false-alarm rate wanted; None: none is."""
-    heard_from: float = 0.0
-    """So high over the background an echo counts by its level alone in the middle of the image; 0: not reported."""
+    heard_from: float | None = None
+    """So high over the background an echo counts by its level alone in the middle of the image; None: not reported."""
     fronts: bool = False
     """Where some are faint, all are judged by how they set in; of the faint ones only those are echoes that do so as a
     body does."""

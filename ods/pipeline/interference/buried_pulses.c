@@ -8,11 +8,10 @@
 #define WIDTH_M 0.4
 /* Levels are known at so many places in a width. It begins one of them before where an echo seems to begin. */
 #define PLACES 4
-/* Excess, in standard deviations, of pulses that are found, of those that are still received, and the most that one place
-   can show. */
+/* Excess, in standard deviations, of pulses that are found, which is the most that one place can show, and of those that
+   are still received. */
 #define FOUND 4.5
 #define HEARD 2.0
-#define MOST_OF_ONE 5.0
 
 /* Log amplitude of the last pings in one direction, mean of a width from each place on. */
 typedef struct {
@@ -97,7 +96,7 @@ static double excess(const Levels *levels, Train train, int64_t count, int64_t p
         const double later_s = train.period_s * (double)k / (double)count;
         const double found = brighter(levels, (Train){train.period_s, train.at_s + later_s}, background.apart);
         if (found == found)
-            n += 1.0, sum += smaller((found - background.mean) / background.spread, MOST_OF_ONE);
+            n += 1.0, sum += smaller((found - background.mean) / background.spread, FOUND);
     }
     return n > 0.0 ? sum / sqrt(n) : 0.0;
 }

@@ -26,8 +26,6 @@
 #define SLOW 3.0
 /* Pulses of sonars are no longer than this, in range, m. */
 #define LONGEST_M 2.0
-/* A train that was not received for so long is forgotten. */
-#define FORGOTTEN_S 2.0
 
 /* Times are since a fixed instant. */
 typedef struct {
@@ -272,11 +270,12 @@ static void follow(Memory memory, Arrival arrival, double now_s)
     }
 }
 
-static void forget_trains(Memory memory, double now_s)
+/* Forgets the trains that were not received for so long. */
+static void forget_trains(Memory memory, double now_s, double longest_s)
 {
     int64_t left = 0;
     for (int64_t t = 0; t < *memory.trains; t++)
-        if (now_s - memory.train[t].received_s < FORGOTTEN_S)
+        if (now_s - memory.train[t].received_s < longest_s)
             memory.train[left++] = memory.train[t];
     *memory.trains = left;
 }
@@ -380,20 +379,20 @@ static int64_t mark(Memory memory, const Echo *echoes, int64_t count, Ping ping,
    was sent, s since a fixed instant; s_a_m: of time a metre of range; since_s: since the ping before; shortest_s: the shortest
    period that is sought. */
 KERNEL_INT(find_pulses, ECHO "[found] echoes, float sent_s, float s_a_m, float near_m, float far_m, float since_s, "
-                             "float shortest_s, " MEMORY ", out f8[most_found,6] found")
+                             "float shortest_s, float longest_gap_s, " MEMORY ", out f8[most_found,6] found")
 {
     const Echo *echoes = ARRAY(const Echo, 0);
     const int64_t count = SIZE(0, 0);
     const Ping ping = {FLOAT(1), FLOAT(2)};
-    const Memory memory = MEMORY_AT(7);
+    const Memory memory = MEMORY_AT(8);
     Look *look = next_look(memory, ping.sent_s + FLOAT(3) * ping.s_a_m, ping.sent_s + FLOAT(4) * ping.s_a_m);
     Arrival *new = SCRATCH(Arrival, memory.most_new);
     const int64_t of_new = find_new(memory, echoes, count, SLOW * FLOAT(5), ping, new);
     remember(memory, echoes, count);
     for (int64_t k = 0; k < count && *memory.trains > 0; k++)
         follow(memory, arrival_of(&echoes[k], ping), look->end_s);
-    forget_trains(memory, look->end_s);
-    return seek_trains(memory, look, new, of_new, FLOAT(6), SIZE(12, 0), ARRAY(Train, 12));
+    forget_trains(memory, look->end_s, FLOAT(7));
+    return seek_trains(memory, look, new, of_new, FLOAT(6), SIZE(13, 0), ARRAY(Train, 13));
 }
 
 /* Marks which echoes of a ping, and which of its faint ones, are pulses; returns how many. */

@@ -20,8 +20,8 @@ from ods.messages import Ping, UnseenPart
 from ods.pipeline.interference.buried_pulses import SHORTEST_S, BuriedPulses, Train
 from ods.pipeline.measure.echoes import EchoTable
 
-GAP_S = 3.0
-"""Length of a pause, s, after which all is forgotten."""
+GAP_S = 2.0
+"""Length of a pause, s, after which all is forgotten, and a train that was not received for so long."""
 MARGIN_M = 0.1
 
 
@@ -73,15 +73,16 @@ class PulseFinder:
         near_m, far_m = max(ping.range0_m, 0.0), ping.range0_m + ping.samples * ping.dr_m
         sent = (ping.t_ns - self._begun_ns) / NS, 2.0 / ping.sound_speed
         self._buried.add(ping, frame, sent[0])
-        found = native.find_pulses(echoes, sent, near_m, far_m, since_s, SHORTEST_S, self._memory, self._found)
+        found = native.find_pulses(echoes, sent, near_m, far_m, since_s, SHORTEST_S, GAP_S, self._memory, self._found)
         if found or self._memory.counts[1]:
             self._listen([Train(*row) for row in self._found[:found].tolist()], sent[0])
-        trains = self._trains
-        if not trains or not native.mark_pulses(echoes, faint, sent, self._memory, pulses.of_echoes, pulses.of_faint):
+        if not self._memory.counts[1] or not native.mark_pulses(
+            echoes, faint, sent, self._memory, pulses.of_echoes, pulses.of_faint
+        ):
             return pulses
-        parts = [_part(row, near_m) for table, marks in ((echoes, pulses.of_echoes), (faint, pulses.of_faint))
-                 for row in table[marks]]  # fmt: skip
-        periods = ", ".join(f"{1e3 * period_s:.1f} ms" for period_s, *_ in trains)
+        parts = [_part(row, near_m) for table, own in ((echoes, pulses.of_echoes), (faint, pulses.of_faint))
+                 for row in table[own]]  # fmt: skip
+        periods = ", ".join(f"{1e3 * period_s:.1f} ms" for period_s, *_ in self._trains)
         return pulses._replace(parts=parts, why=f"another sonar's pulses, each {periods}")
 
     @property

@@ -8,7 +8,7 @@
 #include "ods/pipeline/image/regions.h"
 
 /* Full width at half its level of a Gaussian in units of its standard deviation. */
-#define FULL_WIDTH 2.3548
+#define FULL_WIDTH sqrt(log(256.0))
 
 typedef struct {
     const float *image; /* (beams, columns) */

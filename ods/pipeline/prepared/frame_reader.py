@@ -13,7 +13,9 @@ from ods.pipeline.image.missing.no_data import ALL_DATA
 from ods.pipeline.image.missing.threshold import AMPLITUDES, ThresholdFiller
 from ods.pipeline.image.samples.amplitude import Decimation, SampleScale, mean_offset, to_amplitude
 from ods.pipeline.image.samples.recorded import Frame, Recorded
+from ods.pipeline.stage.params import MeanRangeParams
 
+_RANGE = MeanRangeParams()
 _QUIET = 0.25
 """From this share of zero counts on, a count is no small part of the noise."""
 
@@ -51,7 +53,6 @@ class FrameReader:
     def read(self, frame: Frame) -> ReadImage:
         """Return the image of the layout's rows and ranges of a frame."""
         layout, buffers, scale = self._layout, self._buffers, frame.scale
-        buffers.restart()
         missing = frame.missing[layout.rows] if frame.missing.size else frame.missing
         recorded = Recorded(frame.samples[layout.rows], layout.origin, layout.stride, missing)
         gaps = ALL_DATA
@@ -67,7 +68,7 @@ class FrameReader:
             native.dither(buffers.front, self._drawn, frame.number)
         if gaps.size:
             image = buffers.apply(image)
-            native.fill_gaps(buffers.front, gaps, self._drawn, frame.number)
+            native.fill_gaps(buffers.front, gaps, self._drawn, frame.number, _RANGE.guard, _RANGE.window)
         return ReadImage(image, recorded, gaps)
 
     def _amplitudes(self, rows: AnyArray, scale: SampleScale) -> GainedImage:

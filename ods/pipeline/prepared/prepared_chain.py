@@ -30,7 +30,7 @@ class Found(NamedTuple):
     echoes: EchoTable
     faint: EchoTable
     """Too weak for the false-alarm rate wanted."""
-    heard_from: float
+    heard_from: float | None
     """As in `Regions`."""
 
 

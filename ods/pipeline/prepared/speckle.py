@@ -28,8 +28,8 @@ class Speckle(NamedTuple):
     looks: int = 1
     texture: float = 0.0
     """Shape of the texture's distribution; 0: there is none."""
-    patch: tuple[int, int] = (1, 1)
-    """Beams and samples that share one value of the texture."""
+    patch: tuple[int, int] | None = None
+    """Beams and samples that share one value of the texture; None: none do."""
     correlated: int = 1
     """Samples whose fields are added up to one; more than one for a single look without texture only."""
     louder: float = 1.0
@@ -91,10 +91,10 @@ def drawn(kind: Speckle, rng: np.random.Generator) -> Callable[[Image], None]:
             rng.standard_gamma(kind.looks, out=out, dtype=np.float32)
             out /= np.float32(kind.looks)
         if kind.texture:
-            high, long = kind.patch
+            high, long = kind.patch or (1, 1)
             patches = (-(-out.shape[0] // high), -(-out.shape[1] // long))
             texture = textures[rng.integers(_TEXTURES, size=patches, dtype=np.uint16)]
-            if kind.patch != (1, 1):
+            if kind.patch:
                 texture = texture.repeat(high, axis=0)[: len(out)].repeat(long, axis=1)[:, : out.shape[1]]
             out *= texture
         if kind.louder != 1.0:

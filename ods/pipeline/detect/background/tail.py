@@ -18,9 +18,7 @@ _TAIL = 10.0 ** -np.arange(2.0, 5.5, 0.5)
 _WEIGHT = 0.4
 """each weighted by this power of the share."""
 _PARTS = 4
-"""Parts of an image's beams; each image contributes one, in turn."""
-_WHOLE = 16
-"""Number of images at first that contribute all of their beams."""
+"""Parts of an image's beams; each image contributes one, in turn, but the first _RENEWED ones, which are whole."""
 _REMEMBERED = 1_500_000
 """Least number of cells that are remembered, the most being twice as many."""
 _RENEWED = 16
@@ -74,7 +72,7 @@ class TailQuantile:
         self._images += 1
         self._spread += (float(np.log1p(noise / background)) - self._spread) / min(self._images, _RENEWED)
         beams, part = len(image), self._images % _PARTS
-        rows = (part * beams // _PARTS, (part + 1) * beams // _PARTS) if self._images > _WHOLE else (0, beams)
+        rows = (part * beams // _PARTS, (part + 1) * beams // _PARTS) if self._images > _RENEWED else (0, beams)
         crest = background * crest_over(self._spread)
         self._quiet += _count(image, rows, crest, background, self._counted)
         self._renew()

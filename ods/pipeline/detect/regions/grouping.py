@@ -55,11 +55,6 @@ def find_regions(image: Image, rule: GrowingRule, work: Runs, visited: Mask) -> 
     count = native.find_regions(image, rule, work, visited)
     if count < 0:
         raise NotANumberError
-    return of_runs(work, count)
-
-
-def of_runs(work: Runs, count: int) -> tuple[Runs, int]:
-    """Return the first `count` runs, which are sorted by region, and the number of regions."""
     runs = work[:count]
     return runs, int(runs["region"][-1]) if count else 0
 
@@ -108,7 +103,8 @@ class Grouping:
         least = native.level_of_strongest(recorded, params.strongest) if params.strongest < 1.0 else -np.inf
         runs, total = found
         out = np.empty_like(runs)
-        return of_runs(out, native.choose_strong(image, runs, total, high, raised, least, rise, recorded, out))
+        chosen = out[: native.choose_strong(image, runs, total, high, raised, least, rise, recorded, out)]
+        return chosen, int(chosen["region"][-1]) if chosen.size else 0
 
 
 def _size_test(params: GroupParams, fan: Fan) -> Callable[[Runs], bool] | None:

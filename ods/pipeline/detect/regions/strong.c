@@ -9,9 +9,8 @@
 /* Width of the border, cells: that of the default filter's half window. */
 #define BORDER_BEAMS 2
 #define BORDER_SAMPLES 4
-/* An image of fewer has no such border: it would be all border. */
-#define LEAST_BEAMS 16
-#define LEAST_SAMPLES 64
+/* An image of less than so many borders has none: it would be all border. */
+#define LEAST_BORDERS 8
 
 /* Tells whether a run has cells, all in an image of beams x samples, and a region of 1 to `regions`. */
 static bool lies_inside(Run run, int64_t beams, int64_t samples, int64_t regions)
@@ -83,7 +82,8 @@ KERNEL_INT(choose_strong, "f4[beams,columns] image, r16[runs] runs, int total, f
     const Rise rise = rise_at(arguments += 6);
     const Recorded recorded = recorded_at(arguments += arguments_of(RISE));
     arguments += arguments_of(RECORDED);
-    const int64_t lower = beams >= LEAST_BEAMS ? BORDER_BEAMS : 0, near = samples >= LEAST_SAMPLES ? BORDER_SAMPLES : 0;
+    const int64_t lower = beams >= LEAST_BORDERS * BORDER_BEAMS ? BORDER_BEAMS : 0;
+    const int64_t near = samples >= LEAST_BORDERS * BORDER_SAMPLES ? BORDER_SAMPLES : 0;
     const Levels inside = risen(&rise, high, rise.low_power, samples);
     const Levels at_border = risen(&rise, raised, rise.low_power, samples);
     bool *strong = ZEROS(bool, regions), *loud = ZEROS(bool, regions);

@@ -7,10 +7,8 @@
 
 #include "ods/pipeline/image/samples/looked_at.h"
 
-/* Samples that are judged together. */
-#define BLOCK 32
 /* Samples at a beam's end that are zero before it is looked at. */
-#define TAIL (BLOCK / 2)
+#define TAIL (SAMPLES_OF_BLOCK / 2)
 /* A block of a beam is loud where no more than this share of it is zero. */
 #define LOUD 0.5f
 /* Blocks before a run of zeros of which three in four have to be loud. */
@@ -92,17 +90,17 @@ static float share_of_zeros_of(const float *part, int64_t size)
 /* Fills zeros (blocks,) with the share of zeros of each block of the row. */
 static void shares_of_zeros(const float *row, int64_t samples, float *zeros)
 {
-    const int64_t blocks = samples / BLOCK;
+    const int64_t blocks = samples / SAMPLES_OF_BLOCK;
     for (int64_t k = 0; k < blocks; k++)
-        zeros[k] = share_of_zeros_of(row + k * BLOCK, BLOCK);
-    if (blocks * BLOCK < samples)
-        zeros[blocks] = share_of_zeros_of(row + blocks * BLOCK, samples - blocks * BLOCK);
+        zeros[k] = share_of_zeros_of(row + k * SAMPLES_OF_BLOCK, SAMPLES_OF_BLOCK);
+    if (blocks * SAMPLES_OF_BLOCK < samples)
+        zeros[blocks] = share_of_zeros_of(row + blocks * SAMPLES_OF_BLOCK, samples - blocks * SAMPLES_OF_BLOCK);
 }
 
 /* Whether a beam was loud before the zeros at its end. */
 static bool was_loud(const float *zeros, int64_t tail)
 {
-    const int64_t last = tail / BLOCK, begin = larger_i(0, last - BEFORE);
+    const int64_t last = tail / SAMPLES_OF_BLOCK, begin = larger_i(0, last - BEFORE);
     int64_t loud = 0;
     for (int64_t k = begin; k < last; k++)
         loud += zeros[k] <= LOUD;
@@ -112,10 +110,10 @@ static bool was_loud(const float *zeros, int64_t tail)
 /* Whether zeros from `tail` on are no chance, as often as all beams are zero there; silent (blocks,). */
 static bool is_improbable(const float *silent, int64_t blocks, int64_t tail)
 {
-    const int64_t begin = (tail + BLOCK - 1) / BLOCK;
+    const int64_t begin = (tail + SAMPLES_OF_BLOCK - 1) / SAMPLES_OF_BLOCK;
     double evidence = 0.0;
     for (int64_t k = begin; k < blocks; k++)
-        evidence += smaller(1.0, -BLOCK * log(larger(silent[k], 1e-6)));
+        evidence += smaller(1.0, -SAMPLES_OF_BLOCK * log(larger(silent[k], 1e-6)));
     return evidence >= larger(EVIDENCE, 0.5 * (double)(blocks - begin));
 }
 
@@ -123,7 +121,7 @@ static bool is_improbable(const float *silent, int64_t blocks, int64_t tail)
    Tells whether any beam is not. */
 static bool find_starts_of_gaps(Samples frame, int64_t beams, int64_t first, int64_t *starts)
 {
-    const int64_t samples = frame.samples - first, blocks = (samples + BLOCK - 1) / BLOCK;
+    const int64_t samples = frame.samples - first, blocks = (samples + SAMPLES_OF_BLOCK - 1) / SAMPLES_OF_BLOCK;
     float *row = SCRATCH(float, samples), *zeros = SCRATCH(float, beams * blocks), *silent = ZEROS(float, blocks);
     bool any = false;
     for (int64_t b = 0; b < beams; b++) {
@@ -154,7 +152,7 @@ static void look_at_block(const float *part, float loud, Strewn *seen)
 {
     float total = 0.0f;
     int32_t count = 0, faint = 0;
-    for (int64_t j = 0; j < BLOCK; j++) {
+    for (int64_t j = 0; j < SAMPLES_OF_BLOCK; j++) {
         total += part[j];
         count += part[j] != 0.0f;
     }
@@ -162,9 +160,9 @@ static void look_at_block(const float *part, float loud, Strewn *seen)
     if (count < FEWEST || !(total >= loud * (float)count))
         return;
     seen->loud++;
-    if (BLOCK - count < 3)
+    if (SAMPLES_OF_BLOCK - count < 3)
         return;
-    for (int64_t j = 0; j < BLOCK; j++)
+    for (int64_t j = 0; j < SAMPLES_OF_BLOCK; j++)
         faint += part[j] > 0.0f && part[j] <= FAINT * total / (float)count;
     seen->strewn++;
     seen->others += count;
@@ -179,7 +177,7 @@ static bool is_strewn(Samples frame, int64_t beams, int64_t first, float loud)
     Strewn seen = {0};
     for (int64_t b = 0; b < beams; b++) {
         load_samples(frame, b, first, 1, samples, row);
-        for (int64_t begin = 0; begin + BLOCK <= samples; begin += BLOCK)
+        for (int64_t begin = 0; begin + SAMPLES_OF_BLOCK <= samples; begin += SAMPLES_OF_BLOCK)
             look_at_block(row + begin, loud, &seen);
     }
     return 4 * seen.loud >= seen.blocks && seen.blocks > 0 && 2 * seen.strewn > seen.loud

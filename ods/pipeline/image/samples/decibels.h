@@ -5,8 +5,8 @@
 
 #include "kernel.h"
 
-#define DB_OF_2 6.02059991f
-#define DB_OF_E 8.68588964f
+#define DB_OF_E ((float)(20.0 / log(10.0)))
+#define DB_OF_2 ((float)(20.0 * log10(2.0)))
 #define SQRT_HALF_BITS 0x3f3504f3
 
 /* Returns 20 log10 of a number above 0, to 1e-7 of the logarithm: of x = m 2^e, m about 1, by the series of

@@ -14,6 +14,9 @@ typedef struct {
 
 #define SAMPLES(k) ((Samples){arguments[k].data, STRIDE(k) * sample_bytes(TYPE(k)), SIZE(k, 1), TYPE(k)})
 
+/* Samples that are judged together. */
+#define SAMPLES_OF_BLOCK 32
+
 /* What samples mean, by `SampleScale` of amplitude.py. */
 typedef struct {
     double top;        /* full scale */
