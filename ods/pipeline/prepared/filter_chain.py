@@ -24,7 +24,7 @@ class FilterChain:
         self.buffers = buffers
         self._fan = fan
         self._watch = watch
-        self._steps = [(entry.label, entry.stage.name, entry.stage.kind, entry.prepared(fan)) for entry in stages]
+        self._steps = [(entry.label, entry.name, entry.stage.kind, entry.prepared(fan)) for entry in stages]
 
     def run(self, image: GainedImage, ping: PingContext, *, check: bool = False) -> Image:
         """Return what the stages make of an image, (beams, samples); the next call reuses it.

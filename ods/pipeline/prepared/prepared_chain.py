@@ -129,7 +129,7 @@ class PreparedChain:
             raise blamed(self._last.label, error) from error
         if self._watch and regions.judged:
             judged, low, high = regions.judged
-            self._watch(StageImage(self._last.stage.name, judged().copy(), self._layout.fan, (low, high)))
+            self._watch(StageImage(self._last.name, judged().copy(), self._layout.fan, (low, high)))
         return regions
 
     def _culprit(self, frame: Frame, ping: PingContext) -> StageError:

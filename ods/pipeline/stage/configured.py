@@ -18,6 +18,11 @@ class ConfiguredStage(NamedTuple):
     stage: Stage
     params: Settings
 
+    @property
+    def name(self) -> str:
+        """The stage's own."""
+        return self.stage.name
+
     def prepared(self, fan: Fan) -> Any:
         """Return the stage's step, or the `PreparedDetector` of one that detects. Raises StageError."""
         try:

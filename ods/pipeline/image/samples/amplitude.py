@@ -9,12 +9,11 @@ then a flat row, and one stray count in it is not infinitely above its surroundi
 """
 
 import math
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import SAMPLE_DTYPES, AnyArray, Floats, Floats32, Image
+from ods.base.arrays import AnyArray, Floats, Floats32, Image
 from ods.compiled import native
 from ods.messages import Scale
 
@@ -26,9 +25,6 @@ def full_scale(dtype: np.dtype[Any]) -> float:
     """Return the highest sample of a type."""
     return float(np.iinfo(dtype).max) if dtype.kind == "u" else math.inf
 
-
-FULL_SCALE: Mapping[str, float] = {kind: full_scale(dtype) for kind, dtype in SAMPLE_DTYPES.items()}
-"""By `Ping.dtype`."""
 
 AmplitudeTable = Floats32
 """(256,) or (65536,) linear amplitude of each count."""
