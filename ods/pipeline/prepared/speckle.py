@@ -7,14 +7,12 @@ import numpy as np
 
 from ods.base.arrays import Image
 from ods.pipeline.prepared.filter_chain import FilterChain
-from ods.pipeline.stage.step import PingContext
+from ods.pipeline.stage.step import FIRST_IMAGES, PingContext
 
 LEARNT_CELLS = 13_000_000
 """Cells of speckle from which a detector learns, if it has to, all kinds together,"""
 _LEARNT_IMAGES = 2
-"""and the least number of images of each kind,"""
-_FIRST_IMAGES = 8
-"""of speckle of one look, which comes first,"""
+"""and the least number of images of each kind."""
 _TEXTURES = 65_536
 """Values of the texture that are drawn once for each kind: a gamma variate takes as long as ten cells of speckle."""
 
@@ -55,7 +53,7 @@ def filtered_speckle(
     images = _LEARNT_IMAGES + cells // (len(KINDS) * filters.buffers.back.size)
     begin = 0
     for kind in KINDS:
-        stop = begin + (images if begin else max(images, _FIRST_IMAGES))
+        stop = begin + (images if begin else max(images, FIRST_IMAGES))
         yield _filtered(filters, stride, drawn(kind, rng), range(begin, stop), alive)
         begin = stop
 

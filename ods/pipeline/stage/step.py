@@ -42,6 +42,10 @@ DetectStep = Callable[[Image, Recorded], Regions]
 """step(image, recorded): returns the connected regions of an image; `recorded` is what it was made of."""
 
 
+FIRST_IMAGES = 8
+"""Images of speckle of one look that a detector learns from, at least; they come first."""
+
+
 class PreparedDetector(NamedTuple):
     """A detect stage, prepared."""
 

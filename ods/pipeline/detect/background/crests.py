@@ -13,6 +13,7 @@ import numpy as np
 from ods.base.arrays import Floats, Image
 from ods.compiled import native
 from ods.pipeline.detect.background.noise import background_and_noise
+from ods.pipeline.stage.step import FIRST_IMAGES
 
 _GRID = (16, 32)
 """Tiles across the beams and along the range, at most, and"""
@@ -20,7 +21,6 @@ _LEAST_TILE = (2, 16)
 """the least cells of one."""
 _REGION = 4
 """Tiles along each side of a region."""
-_LEARNT_IMAGES = 8
 
 
 class LocalThreshold:
@@ -38,7 +38,7 @@ class LocalThreshold:
     def learn(self, images: Iterable[Image]) -> None:
         """Take in how high the crests of images without echoes reach, all from the same chain."""
         found = [np.empty((0, 2))]
-        for image in islice(images, _LEARNT_IMAGES):
+        for image in islice(images, FIRST_IMAGES):
             background, noise = background_and_noise(image)
             if noise > 0.0:
                 measured = crest_quantiles(image, self._tile, background, noise, self._regions).reshape(-1, 2)
