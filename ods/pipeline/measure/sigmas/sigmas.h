@@ -14,6 +14,8 @@
 /* Logarithms of standard deviations in widths of a point that the law may claim. */
 #define LEAST_LOG -3.0
 #define MOST_LOG 5.0
+/* A place at the sonar itself has some bearing, too. */
+#define NEAREST_M 1e-3
 
 /* Its factors, the last row of each the constants. */
 typedef struct {
@@ -102,7 +104,7 @@ static inline Sigmas sigmas_of_features(const double *features, const Laws *laws
     const double across = larger(least, smaller(beside_m, sigma_m(log_variances[2], point_m, least)));
     return (Sigmas){
         .near_m = sigma_m(log_variances[0], point_m, least), .range_m = sigma_m(along[0], point_m, least),
-        .radius_m = sigma_m(log_variances[1], point_m, least), .bearing_rad = across / larger(NOT_ZERO, range_m),
+        .radius_m = sigma_m(log_variances[1], point_m, least), .bearing_rad = across / larger(NEAREST_M, range_m),
     };
 }
 
