@@ -15,10 +15,10 @@ import torch  # type: ignore[import-not-found,unused-ignore]
 
 from benchmarks.detection.fronts_seen import HARDLY, MOSTLY
 from ods.base.arrays import AnyArray, Floats, Floats32, Mask
-from ods.pipeline.fronts.network import DB, STEPS, WEIGHTS, network_of
+from ods.pipeline.fronts.network import DB, WEIGHTS, network_of
 from ods.pipeline.fronts.windows import BEAMS, CELLS
 
-CHANNELS, KERNELS, HIDDEN = (16, 32, 32), ((3, 5), (3, 5), (3, 3)), 48
+CHANNELS, KERNELS, STEPS, HIDDEN = (16, 32, 32), ((3, 5), (3, 5), (3, 3)), ((1, 2), (2, 2), (1, 2)), 48
 EPOCHS, BATCHES, BATCH, BODIES = 40, 400, 256, 85
 RATE, DECAY, DROPPED = 4e-3, 0.02, 0.3
 SHIFT = 2
@@ -105,6 +105,7 @@ def arrays_of(model: Any) -> dict[str, Floats32]:
     places = hidden.weight.detach().numpy().reshape(HIDDEN, CHANNELS[-1], -1)  # which torch has before beams and cells
     arrays["hidden"] = places.transpose(2, 1, 0).reshape(-1, HIDDEN)
     arrays["last"] = last.weight.detach().numpy().T
+    arrays["steps"] = np.array(STEPS, np.float32)
     arrays["hidden_bias"], arrays["last_bias"] = hidden.bias.detach().numpy(), last.bias.detach().numpy()
     return {name: np.ascontiguousarray(array, np.float32) for name, array in arrays.items()}
 

@@ -63,6 +63,17 @@ typedef struct {
 #define FLOAT(k) (arguments[k].number)
 #define BOOL(k) (arguments[k].integer != 0)
 
+/* Returns how many arguments a signature, or a part of one, names. */
+static inline int64_t arguments_of(const char *signature)
+{
+    int64_t count = 1, brackets = 0;
+    for (const char *text = signature; *text != 0; text++) {
+        brackets += (*text == '[') - (*text == ']');
+        count += *text == ',' && brackets == 0;
+    }
+    return count;
+}
+
 /* The linker gathers all of them in one table, which binding.c reads. */
 #define ODS_KERNEL(name, signature, returns, field, ctype, frees_gil)                                                   \
     static ctype name(const Argument *arguments);                                                                      \

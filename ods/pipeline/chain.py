@@ -6,19 +6,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import SAMPLE_DTYPES, AnyArray, Mask
+from ods.base.arrays import SAMPLE_DTYPES, AnyArray
+from ods.compiled import native
 from ods.messages import MOST_HEARING_DB, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
-from ods.pipeline.image.image_layout import EVERY_PHASE
-from ods.pipeline.image.missing.no_data import NoDataError, samples_without_data, shows_something
+from ods.pipeline.image.missing.no_data import NoDataError, samples_without_data
 from ods.pipeline.image.samples.amplitude import SampleScale
-from ods.pipeline.image.samples.recorded import RegionNumbers, unpaint
-from ods.pipeline.interference.deaf_beams import BeamJudge, without
+from ods.pipeline.image.samples.recorded import Frame, RegionNumbers, unpaint
+from ods.pipeline.interference.deaf_beams import BeamJudge
 from ods.pipeline.interference.pulses import PulseFinder
 from ods.pipeline.interference.second_way import SecondWays
 from ods.pipeline.measure.echoes import ROW, EchoTable, joined
 from ods.pipeline.prepared.plan import PingError, Plan, are_alike, geometry_key, make_plan, sample_scale_of
-from ods.pipeline.prepared.prepared_chain import Frame, PreparedChain
+from ods.pipeline.prepared.prepared_chain import PreparedChain
 from ods.pipeline.prepared.speckle import LEARNT_CELLS, Alive
 from ods.pipeline.range_image.detector import detect_ranges
 from ods.pipeline.settings import PipelineSettings
@@ -96,13 +96,13 @@ class Chain:
             return detect_ranges(ping, frame, self._settings, pose, mask)
         self._prepare(ping)
         first = self._plan.first
-        usable = shows_something(frame, first)
+        usable = native.shows_something(frame, first)  # else a drop-out: all samples are alike
         phase = self._phase % self._plan.phases
         if usable:
             seen = self._look(ping, frame, PingContext(ping.t_ns, pose), mask)
             self._phase += 1
         else:
-            seen = _Seen([], [], nothing_sent(ping, frame, first), 0.0, [])
+            seen = _Seen([], [], nothing_sent(ping, frame, first, self._scale.top), None, [])
         return Detections(
             seq=ping.seq,
             ping_number=ping.ping_number,
@@ -119,25 +119,30 @@ class Chain:
             unseen_why=seen.unseen.why,
             faint=seen.faint,
             second_ways_m=seen.second_ways_m,
-            heard_from_db=_heard_from_db(seen.heard_from),
+            heard_from_db=seen.heard_from_db,
         )
 
     def _look(self, ping: Ping, frame: AnyArray, context: PingContext, mask: RegionNumbers | None) -> "_Seen":
         first, phase = self._plan.first, self._phase % self._plan.phases
-        missing = _missing(ping, frame, first)
-        deaf = self._beams.judge(ping, frame, first, missing)
-        whole = Frame(frame, self._scale, without(missing, deaf, ping.samples), ping.seq % 2**32)
-        unseen = self._sight.judge(ping, frame, first, whole.missing, deaf)
+        try:
+            missing = samples_without_data(ping, frame, first)
+        except NoDataError as error:
+            raise PingError(str(error)) from error
+        whole = Frame(frame, self._scale, missing, ping.seq % 2**32)
+        deaf = self._beams.judge(ping, whole, first)
+        whole = Frame(frame, self._scale, deaf.missing, whole.number)
+        unseen = self._sight.judge(ping, whole, first, deaf)
         found: list[EchoTable] = []
         faint: list[EchoTable] = []
-        heard_from, count = 0.0, 0
+        heard_from: list[float] = []
+        count = 0
         for prepared in self._kept[0].images:
-            if prepared.phase in (EVERY_PHASE, phase):
+            if prepared.phase in (None, phase):
                 more = prepared.detect(whole, context, mask, count)
                 found.append(more.echoes)
                 faint.append(more.faint)
                 count += len(more.echoes)
-                heard_from = max(heard_from, more.heard_from)
+                heard_from += [] if more.heard_from is None else [more.heard_from]
         echoes, weak = joined(found), joined(faint)
         pulses = self._pulses.sort_out(ping, frame, echoes, weak)
         if pulses.why:
@@ -145,8 +150,9 @@ class Chain:
             unseen = with_parts(unseen, pulses.parts, pulses.why, self._plan.sector)
             if mask is not None:
                 unpaint(mask, pulses.of_echoes)
-        ways_m = self._second_ways.of(ping, echoes, weak, _heard_from_db(heard_from) or 0.0)
-        return _Seen(_detections(echoes), _detections(weak), unseen, heard_from, ways_m)
+        from_db = _heard_from_db(heard_from)
+        ways_m = self._second_ways.of(ping, self._scale.db_a_count, echoes, weak, from_db or 0.0)
+        return _Seen(_detections(echoes), _detections(weak), unseen, from_db, ways_m)
 
     def _prepare(self, ping: Ping) -> None:
         sampling = (ping.dtype, ping.scale, ping.scale_factor)
@@ -209,7 +215,7 @@ class _Seen(NamedTuple):
     detections: list[Detection]
     faint: list[Detection]
     unseen: Unseen
-    heard_from: float
+    heard_from_db: float | None
     second_ways_m: list[float]
 
 
@@ -217,11 +223,10 @@ def _detections(echoes: EchoTable) -> list[Detection]:
     return [*starmap(Detection, ROW.iter_unpack(echoes.tobytes()))]
 
 
-def _heard_from_db(heard_from: float) -> float | None:
-    """Return `Found.heard_from` as reported: levels set in absolute numbers may be anywhere."""
-    if heard_from <= 0.0:
-        return None
-    return min(max(20.0 * math.log10(heard_from), 0.0), MOST_HEARING_DB)
+def _heard_from_db(heard_from: list[float]) -> float | None:
+    """Return `Found.heard_from` of all images as reported: levels set in absolute numbers may be anywhere."""
+    highest = max(heard_from, default=0.0)
+    return min(max(20.0 * math.log10(highest), 0.0), MOST_HEARING_DB) if highest > 0.0 else None
 
 
 def _checked_frame(ping: Ping) -> AnyArray:
@@ -232,10 +237,3 @@ def _checked_frame(ping: Ping) -> AnyArray:
     if frame.dtype == SAMPLE_DTYPES["f4"] and not np.isfinite(frame).all():
         raise PingError("samples are not finite")
     return frame
-
-
-def _missing(ping: Ping, frame: AnyArray, first: int) -> Mask:
-    try:
-        return samples_without_data(ping, frame, first)
-    except NoDataError as error:
-        raise PingError(str(error)) from error

@@ -8,33 +8,30 @@ audible before it. A level that has risen is believed as slowly as a fallen one 
 what comes back from a loud spell is where it was.
 """
 
-import math
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import AnyArray, Floats, Ints, Mask
+from ods.base.arrays import AnyArray, Floats, Ints
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Ping, Sector, UnseenPart, UnseenWhy
 from ods.pipeline.image.fan import beam_borders
-from ods.pipeline.image.samples.amplitude import FULL_SCALE, db_a_count
-from ods.pipeline.interference.deaf_beams import ALL_HEAR, DeafBeams, without
+from ods.pipeline.image.samples.recorded import Frame
+from ods.pipeline.interference.deaf_beams import FORGETTING_S, LEARNING_S, RINGS, DeafBeams
 
-GROUPS, RINGS = 20, 16
-"""Parts of the beams and of the range whose levels are compared with what they were."""
-HEADROOM_DB = 15.0
-"""Level over the lowest that counts can represent: a lower one cannot fall far enough to be noticed."""
-GAP_RINGS = 64
+GROUPS = 20
+"""Parts of the beams whose levels are compared with what they were, in each of RINGS parts of the range."""
+GROWING_USED_S = 60.0
+"""Time constant with which what is louder than before becomes what is usual."""
+GAP_RINGS = 4 * RINGS
 """Number of rings for which missing data are reported as not observed."""
 GAP_SHARE = 0.2
 """Share of a ring's samples that must be missing for that."""
 SATURATED_SHARE = 0.5
 WHYS: tuple[UnseenWhy, ...] = ("no data", "saturated", "level fallen", "interference", "level risen")
 """Codes 1, 2, 3, 4, 5 of a cell; 0 is seen."""
-_LEAST_DB = -26.0
-"""Stands for the level of no count at all, dB over one count."""
 
 
 class Unseen(NamedTuple):
@@ -43,9 +40,6 @@ class Unseen(NamedTuple):
     parts: list[UnseenPart]
     share: float
     why: str
-
-
-ALL_SEEN = Unseen([], 0.0, "")
 
 
 class _Levels(NamedTuple):
@@ -72,26 +66,21 @@ class BlindnessMonitor:
         self._range_m: tuple[float, float] = (0.0, 0.0)
         self._t_ns = 0
 
-    def judge(self, ping: Ping, frame: AnyArray, first: int, missing: Mask, deaf: DeafBeams = ALL_HEAR) -> Unseen:
-        """Return what a ping did not show; frame (beams, samples) from column `first` on, missing as by `no_data`.
-
-        deaf: beams that say nothing, whatever is missing.
-        """
-        silent = without(missing, deaf, ping.samples)
+    def judge(self, ping: Ping, frame: Frame, first: int, deaf: DeafBeams) -> Unseen:
+        """Return what a ping did not show, from column `first` on."""
         self._keep_reference(ping, first)
         since_s, self._t_ns = max(ping.t_ns - self._t_ns, 0) / NS, ping.t_ns
-        top = FULL_SCALE[ping.dtype]
-        least_judged_db = _lowest_db(ping) + HEADROOM_DB
+        scale = frame.scale
         blind = native.judge_levels(
-            frame, first, silent, top, db_a_count(ping), _LEAST_DB, self._levels,
-            least_judged_db, SATURATED_SHARE, since_s, self._fallen, self._risen,
+            frame.samples, first, deaf.missing, scale.top, scale.db_a_count, self._levels, SATURATED_SHARE, since_s,
+            LEARNING_S, FORGETTING_S, GROWING_USED_S,
+            self._fallen, self._risen,
         )  # fmt: skip
-        if not blind and not missing.size and not deaf.any:
-            return ALL_SEEN
-        codes = self._codes(ping, first, missing, deaf)
-        if not codes.any():
-            return ALL_SEEN
-        return Unseen(_parts(codes, ping, first), float(np.count_nonzero(codes) / codes.size), self._why(codes))
+        if not blind and not deaf.missing.size:
+            return Unseen([], 0.0, "")
+        codes = self._codes(ping, first, deaf)
+        why = self._why(codes) if codes.any() else ""
+        return Unseen(_parts(codes, ping, first), float(np.count_nonzero(codes) / codes.size), why)
 
     def _keep_reference(self, ping: Ping, first: int) -> None:
         """Begin afresh where levels cannot be compared; carry them over where only the range is another."""
@@ -107,7 +96,7 @@ class BlindnessMonitor:
                 row[:] = np.interp(new, old, row)
         self._setting, self._range_m = setting, span
 
-    def _codes(self, ping: Ping, first: int, missing: Mask, deaf: DeafBeams) -> Ints:
+    def _codes(self, ping: Ping, first: int, deaf: DeafBeams) -> Ints:
         """Return (beams of a plane, GAP_RINGS) the codes of `WHYS`; what any plane sees is seen."""
         codes = np.zeros((ping.beams, GAP_RINGS), np.int64)
         group = np.arange(ping.beams) * GROUPS // ping.beams
@@ -115,9 +104,9 @@ class BlindnessMonitor:
         codes[self._fallen[group]] = 3
         codes[self._risen[group]] = 5
         codes[(self._levels.saturated > SATURATED_SHARE)[np.ix_(group, ring)]] = 2
-        if missing.size:
+        if deaf.missing.size:
             shares = np.empty(codes.shape)
-            native.shares_of_gaps(missing, first, shares)
+            native.shares_of_gaps(deaf.missing, first, shares)
             codes[shares > GAP_SHARE] = 1
         if deaf.any:
             codes = np.where(deaf.codes[:, None] > 0, deaf.codes[:, None], codes)
@@ -141,10 +130,10 @@ class BlindnessMonitor:
         return f"levels {fall:.0f} dB below what they were in {share}: head blocked or out of the water?"
 
 
-def nothing_sent(ping: Ping, frame: AnyArray, first: int) -> Unseen:
-    """Return what is unseen where all samples are alike: all."""
+def nothing_sent(ping: Ping, frame: AnyArray, first: int, top: float) -> Unseen:
+    """Return what is unseen where all samples are alike: all. top: full scale."""
     value = frame[0, first]
-    code = 2 if value == FULL_SCALE[ping.dtype] else 1
+    code = 2 if value == top else 1
     codes = np.full((ping.beams // ping.planes, GAP_RINGS), code)
     silent = "the sonar sends nothing (all samples are 0)"
     return Unseen(_parts(codes, ping, first), 1.0, silent if value == 0 else f"all samples are alike ({value})")
@@ -156,13 +145,6 @@ def with_parts(unseen: Unseen, parts: list[UnseenPart], why: str, sector: Sector
     areas = [(p.bearing_max_rad - p.bearing_min_rad) * (p.range_max_m - p.range_min_m) for p in parts]
     share = min(unseen.share + sum(areas) / span, 1.0)
     return Unseen([*unseen.parts, *parts], share, f"{unseen.why}; {why}" if unseen.why else why)
-
-
-def _lowest_db(ping: Ping) -> float:
-    """Return the lowest level that the samples' mean can represent."""
-    if ping.dtype == "f4":
-        return -math.inf
-    return _LEAST_DB if ping.scale == "linear" else 0.0
 
 
 def _parts(codes: Ints, ping: Ping, first: int) -> list[UnseenPart]:

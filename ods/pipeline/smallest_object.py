@@ -4,6 +4,8 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from ods.pipeline.stage.params import MeanRangeParams
+
 AUTOMATIC = 6.0
 """Range samples of the smallest object where no size is set."""
 _FEWEST, _MOST = 2.0, 64.0
@@ -11,8 +13,8 @@ _FEWEST, _MOST = 2.0, 64.0
 _ENOUGH = 3.0
 """Columns that are left of an object where samples are averaged."""
 _LARGEST_STRIDE = 16
-_BELT_SAMPLES, _BELT_OBJECTS = 160.0, 8.0
-"""Surroundings by which a range is equalized: samples, or smallest objects where that is more."""
+_BELT_OBJECTS = 8.0
+"""Surroundings by which a range is equalized, in smallest objects, where that is more than the stage's own window."""
 
 FILTER = "filter.fir"
 DETECTOR = "detect.two_level"
@@ -45,7 +47,7 @@ def columns_of(object_m: float, dr_m: float, subsample: int = 0) -> Columns:
     length = min(max(samples / stride, _FEWEST), _MOST)
     return Columns(
         subsample=stride,
-        window=round(max(_BELT_SAMPLES / stride, _BELT_OBJECTS * length)),
+        window=round(max(MeanRangeParams().window / stride, _BELT_OBJECTS * length)),
         taps=2 * math.floor(0.75 * length + 1e-6) + 1,
         cutoff=3.0 / (5.0 * length),
         min_cells=round(2.0 * length / 3.0),

@@ -20,6 +20,7 @@ from ods.base.clock import NS
 from ods.base.frames.geometry import rotation_matrix, wrap_angle
 from ods.messages import Detection, Detections, Ping, Sector, Sweep, UnseenPart, frame_of
 from ods.pipeline.prepared.plan import PingError
+from ods.pipeline.stage.motion_compensation import KNOT
 from ods.pose.buffer import PoseEstimate
 
 WINDOW_RAD = math.radians(60.0)
@@ -35,10 +36,6 @@ LONGEST_PAUSE_NS = 3 * NS
 MOST_MISSING = 5.0
 """Beams between two pings of one sweep."""
 HALF_TURN = math.pi + 1e-6
-KNOT = 32
-"""Samples that are moved alike."""
-LEAST_SHARE = 0.01
-"""Of what the ping looked at: less than this unseen is not worth words."""
 
 HeadAt = Callable[[int], PoseEstimate | None]
 
@@ -140,7 +137,7 @@ class SweptSonar:
             faint=faint,
             unseen=[*parts, *not_swept],
             unseen_share=min(share, 1.0),
-            unseen_why=found.unseen_why if share > LEAST_SHARE else "",
+            unseen_why=found.unseen_why if parts else "",
             turn_s=swept.sweep.turn_s,
         )
 

@@ -7,13 +7,14 @@ import numpy as np
 from ods.base.arrays import Image
 from ods.base.settings import Settings
 from ods.pipeline import built_in  # noqa: F401  it registers the stages
-from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fan import Fan
+from ods.pipeline.image.gained_image import DoubleBuffer
 from ods.pipeline.image.regions import RUN, Regions
 from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.measure.echoes import Measured, measure
+from ods.pipeline.prepared.filter_chain import result_of
 from ods.pipeline.stage.registry import find_stage
-from ods.pipeline.stage.step import AS_STEP, PingContext
+from ods.pipeline.stage.step import PingContext
 from tests.pipeline.pings import fan_bearings
 
 RunStage = Callable[..., Image]
@@ -26,14 +27,14 @@ DR_M = 0.05
 
 def stage_on_images(use: str, fan: Fan, params: Settings | None = None) -> RunStage:
     stage = find_stage(use)
-    step = AS_STEP[stage.kind](stage.prepare(params or stage.params(), fan))
+    step = stage.prepare(params or stage.params(), fan)
     buffers = DoubleBuffer(fan.shape)
 
     def run(image: Image, ping: PingContext = STANDING_STILL) -> Image:
         buffers.back[:] = image
         source = buffers.flip()
         buffers.back[:] = np.nan
-        buffers.apply(step(source, ping, buffers))
+        buffers.apply(result_of(stage.kind, step, source, ping, buffers))
         return buffers.front.copy()
 
     return run

@@ -5,11 +5,11 @@ import pytest
 from numpy.typing import NDArray
 
 from ods.base.arrays import Floats32
+from ods.compiled import native
 from ods.messages import Scale
 from ods.pipeline.image.samples.amplitude import (
     MAX_AMPLITUDE,
     Decimation,
-    average_counts,
     mean_offset,
     sample_scale,
     to_amplitude,
@@ -40,7 +40,7 @@ def test_averaged_counts_are_means_rounded_down(dtype: type, stride: int) -> Non
     frame = np.random.default_rng(0).integers(0, highest, (2, 61), dtype, endpoint=True)
     frame[0, 1:] = highest
     out: NDArray[Any] = np.zeros((2, 14), dtype)
-    average_counts(frame, Decimation(1, stride, 2, 14), out)
+    native.average_counts(frame, Decimation(1, stride, 2, 14), out)
     assert (out[0, 2:] == highest).all()
     assert (out[:, :2] == 0).all()
     exact = frame[:, 1 : 1 + 12 * stride].astype(int).reshape(2, 12, stride).sum(axis=2) // stride
@@ -52,7 +52,7 @@ def test_offset_makes_the_average_of_counts_that_of_amplitudes() -> None:
     counts = np.random.default_rng(0).integers(0, 256, (400, 900), np.uint8)
     for stride in (1, 2, 3):
         out = np.zeros((400, 900 // stride), np.uint8)
-        average_counts(counts, Decimation(0, stride, 0, 900 // stride), out)
+        native.average_counts(counts, Decimation(0, stride, 0, 900 // stride), out)
         assert out.mean() + mean_offset(stride) == pytest.approx(counts.mean() + 0.5, abs=2e-3)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ods.base.arrays import AnyArray, Floats
-from ods.pipeline.interference.buried_pulses import BuriedPulses
+from ods.pipeline.interference.buried_pulses import BuriedPulses, Train
 from tests.pipeline.pings import make_ping
 
 PING_S, SOUND_SPEED, DR_M, SAMPLES, BEAMS = 0.1493, 1500.0, 0.05, 2000, 5
@@ -26,9 +26,9 @@ def images(arrivals_s: Floats, level: float, seed: int, texture: Floats | None =
     return received
 
 
-def line(period_s: float, at_s: float) -> Floats:
-    """A train as in pulses.c, in the middle beam."""
-    return np.array([period_s, at_s, 0.0, 0.0, 0.0, 3.0])
+def line(period_s: float, at_s: float) -> Train:
+    """A train in the middle beam."""
+    return Train(period_s, at_s, 0.0, 0.0, 0.0, 3.0)
 
 
 @pytest.mark.parametrize(("count", "level"), [(2, 3.0), (3, 2.0), (4, 2.0), (7, 2.0)])

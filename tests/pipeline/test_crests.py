@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 
 from ods.base.arrays import Image
+from ods.compiled import native
 from ods.messages import Detections, Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.detect.background.crests import LocalThreshold, crest_quantiles, reaching
+from ods.pipeline.detect.background.crests import LocalThreshold, crest_quantiles
 from ods.pipeline.detect.background.rise import Rise, levelled
-from ods.pipeline.detect.regions.region_growing import GrowingRule, find_regions, room_for_runs
+from ods.pipeline.detect.regions.grouping import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.image.regions import RUN
 from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
 from tests.pipeline.pings import make_ping, speckle
@@ -134,7 +135,9 @@ def test_regions_reach_the_level_of_the_place_that_their_cells_are_in() -> None:
     image[1, 2:6], image[6, 1], image[6, 6] = (1.0, 1.0, 1.0, 3.0), 3.0, 5.0
     runs = np.array([(1, 2, 6, 1), (6, 1, 2, 2), (6, 6, 7, 3)], RUN)
     rise = Rise(0.0, np.array([[81.0, 4.0], [9.0, 16.0]]), 0.0, 0.5, 4, 4)  # of quarters; a level has to be exceeded
-    assert reaching(image, runs, 3, 1.0, rise).tolist() == [True, False, True]
+    found = np.empty(3, np.bool_)
+    native.reaching(image, runs, 1.0, rise, found)
+    assert found.tolist() == [True, False, True]
 
 
 def bed_and_ball(seed: int) -> Ping:

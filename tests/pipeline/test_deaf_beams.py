@@ -7,7 +7,9 @@ from ods.base.arrays import Bytes, Floats
 from ods.messages import Detections
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.missing.no_data import ALL_DATA
+from ods.pipeline.image.samples.recorded import Frame
 from ods.pipeline.interference.deaf_beams import BeamJudge
+from ods.pipeline.prepared.plan import sample_scale_of
 from ods.pipeline.settings import PipelineSettings
 from tests.pipeline.pings import fan_bearings, make_ping
 
@@ -45,7 +47,7 @@ class Sonar:
             frame, scale="log8", scale_factor=40.0, t_ns=round(self.number * PERIOD_S * 1e9), planes=planes,
             bearing_rad=fan_bearings(beams).tolist() * planes,
         )  # fmt: skip
-        codes: list[int] = self.judge.judge(ping, frame, 0, ALL_DATA).codes.tolist()
+        codes: list[int] = self.judge.judge(ping, Frame(frame, sample_scale_of(ping), ALL_DATA, 0), 0).codes.tolist()
         return codes
 
     def see(self, level_db: Floats) -> list[int]:

@@ -5,10 +5,9 @@ from scipy import ndimage
 
 from ods.base.arrays import AnyArray, Image, Ints32
 from ods.compiled import native
-from ods.pipeline.detect.background.noise import NoiseMeter
+from ods.pipeline.detect.background.noise import background_and_noise
 from ods.pipeline.detect.levels import two_level
-from ods.pipeline.detect.regions.grouping import level_of_strongest
-from ods.pipeline.detect.regions.region_growing import GrowingRule, find_regions, room_for_runs
+from ods.pipeline.detect.regions.grouping import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.missing.no_data import ALL_DATA
 from ods.pipeline.image.regions import Regions
@@ -84,11 +83,11 @@ def test_low_level_says_how_far_and_high_level_that_it_exists() -> None:
 def test_background_and_noise_are_the_quantiles() -> None:
     image = speckle()
     quantile = np.quantile(image, [0.5, 0.8413])
-    middle, noise = NoiseMeter().background_and_noise(image)
+    middle, noise = background_and_noise(image)
     assert middle == pytest.approx(quantile[0], rel=0.02)
     assert noise == pytest.approx(quantile[1] - quantile[0], rel=0.08)
     image[10:30, 100:130] = 50.0  # 1 % of the image
-    assert NoiseMeter().background_and_noise(image)[1] == pytest.approx(1.04 * noise, rel=0.08)
+    assert background_and_noise(image)[1] == pytest.approx(1.04 * noise, rel=0.08)
 
 
 def test_levels_adapt_to_the_scale_of_the_image() -> None:
@@ -132,8 +131,8 @@ def test_level_of_the_strongest_is_a_sample_that_so_many_reach(dtype: type, shar
     for missing in (ALL_DATA, lost):
         held = np.sort(samples[~missing] if missing.size else samples.ravel())
         recorded = Recorded(samples, np.arange(130), 1, missing)
-        assert level_of_strongest(recorded, share) == held[min(int((1.0 - share) * held.size), held.size - 1)]
-    assert level_of_strongest(Recorded(samples, np.arange(130), 1, np.ones_like(lost)), share) == 0.0
+        assert native.level_of_strongest(recorded, share) == held[min(int((1.0 - share) * held.size), held.size - 1)]
+    assert native.level_of_strongest(Recorded(samples, np.arange(130), 1, np.ones_like(lost)), share) == 0.0
 
 
 def test_counts_of_few_bits_stand_for_all_levels_halfway_to_the_next_ones() -> None:

@@ -12,16 +12,17 @@ from scipy.signal import correlate
 from ods.base.arrays import Floats, Floats32
 from ods.pipeline.chain import Chain
 from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
-from ods.pipeline.fronts.network import STEPS, learnt, network_of
+from ods.pipeline.fronts.network import learnt, network_of
 from ods.pipeline.fronts.windows import BEAMS, BEFORE, CELLS, Windows, can_be_judged
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.image_layout import ALL, layout
+from ods.pipeline.image.image_layout import RangeInterval, layout
 from ods.pipeline.image.samples.amplitude import sample_scale
 from ods.pipeline.settings import DEFAULT_STAGES, AttentionSettings, PipelineSettings
 from tests.pipeline.pings import make_ping
 
 STEP_RAD, DR_M, SAMPLES = math.radians(1.5), 0.05, 1200
 NO_RINGS = AttentionSettings(near_m=0.0, subsample=2)
+ALL_RANGES = RangeInterval(0.0, np.inf)
 AMPLITUDE = sample_scale(np.dtype(np.float32), "linear", 1.0)
 
 
@@ -32,7 +33,7 @@ def fan_of(beams: int = 60, step_rad: float = STEP_RAD, dr_m: float = DR_M) -> F
 
 def layout_of(fan: Fan, first: int = 0, subsample: int = 2) -> Windows:
     attention = AttentionSettings(near_m=0.0, subsample=subsample)
-    return Windows(layout(fan, slice(0, len(fan.bearing_rad)), first, [ALL], attention, 0))
+    return Windows(layout(fan, slice(0, len(fan.bearing_rad)), first, [ALL_RANGES], attention, 0))
 
 
 def places(*places: tuple[int, float]) -> tuple[Floats, Floats]:
@@ -98,12 +99,13 @@ def test_a_log_of_amplitudes_is_judged_as_they_are(dtype: type) -> None:
 
 def test_the_network_is_what_another_correlation_makes_of_its_weights() -> None:
     rng = np.random.default_rng(0)
-    arrays: dict[str, Floats32] = {}
+    steps = ((1, 2), (2, 2), (1, 2))
+    arrays: dict[str, Floats32] = {"steps": np.array(steps, np.float32)}
     before, shape = 1, (BEAMS, CELLS)
     for k, (channels, around) in enumerate([(3, (3, 5)), (4, (3, 5)), (5, (3, 3))]):
         arrays[f"convolution{k}"] = rng.normal(size=(*around, before, channels)).astype(np.float32)
         arrays[f"convolution{k}_bias"] = rng.normal(size=channels).astype(np.float32)
-        before, shape = channels, (-(-shape[0] // STEPS[k][0]), -(-shape[1] // STEPS[k][1]))
+        before, shape = channels, (-(-shape[0] // steps[k][0]), -(-shape[1] // steps[k][1]))
     for name, into, out in [("hidden", before * shape[0] * shape[1], 6), ("last", 6, 1)]:
         arrays[name] = rng.normal(size=(into, out)).astype(np.float32)
         arrays[f"{name}_bias"] = rng.normal(size=out).astype(np.float32)
@@ -111,7 +113,7 @@ def test_the_network_is_what_another_correlation_makes_of_its_weights() -> None:
 
     for window, score in zip(windows, network_of(arrays).scores(windows), strict=True):
         seen = window[..., None] / 10.0
-        for k, (beams, cells) in enumerate(STEPS):
+        for k, (beams, cells) in enumerate(steps):
             weights = arrays[f"convolution{k}"]
             made = [
                 sum(correlate(seen[..., i], weights[..., i, o], "same", "direct") for i in range(seen.shape[2]))
@@ -142,7 +144,7 @@ def bed_of_patches(shape: float, seed: int) -> Floats32:
 def share_of(shape: Callable[[Floats, Floats], Floats], over_db: float, least: float) -> float:
     """Return the share of 60 such echoes that have at least such a front, so far over the mean of a bed of patches."""
     fan = fan_of()
-    judge = Fronts(layout(fan, slice(0, 60), 0, [ALL], NO_RINGS, 0))
+    judge = Fronts(layout(fan, slice(0, 60), 0, [ALL_RANGES], NO_RINGS, 0))
     count = 0
     for seed in range(60):
         rng = np.random.default_rng(seed)
@@ -204,7 +206,7 @@ def test_windows_follow_beams_that_lie_wider_apart_at_the_edges_of_a_fan() -> No
 
 
 def test_no_echo_is_no_work() -> None:
-    judge = Fronts(layout(fan_of(), slice(0, 60), 0, [ALL], NO_RINGS, 0))
+    judge = Fronts(layout(fan_of(), slice(0, 60), 0, [ALL_RANGES], NO_RINGS, 0))
     nowhere = np.empty(0)
     assert judge.of(nowhere, nowhere, np.empty((60, SAMPLES), np.float32), AMPLITUDE).size == 0
 

@@ -45,7 +45,7 @@ def ill_gain(_params: NoParams, fan: Fan) -> GainStep:
 
     def step(image: GainedImage) -> GainedImage:
         gain[0, 500] = Illness.value or 1.0
-        return image.with_column_gain(gain)
+        return image._replace(gain=gain, plain=False)
 
     return step
 

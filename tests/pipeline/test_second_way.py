@@ -29,7 +29,7 @@ def reported(longer_m: list[float], bodies: list[tuple[float, float, float]] = B
         echoes = [echo(r - 0.15 * number, b, s, rng) for r, b, s in bodies]
         behind = [echo(r - 0.15 * number + m, b, s - 12.0, rng) for r, b, s in bodies for m in longer_m]
         behind = [each for each in behind if rng.random() < 0.9]
-        lists.append(ways.of(ping, echo_table(echoes), echo_table(behind), HEARD_FROM_DB))
+        lists.append(ways.of(ping, 0.0, echo_table(echoes), echo_table(behind), HEARD_FROM_DB))
     return lists
 
 
@@ -57,7 +57,7 @@ def seen(bodies: list[tuple[float, float, float]], pings: range, ways: SecondWay
         echoes = [echo(r, b, s, rng) for r, b, s in bodies]
         behind = [echo(r + 6.0, b, s - 12.0, rng) for r, b, s in bodies if s - 12.0 > from_db]
         ping = make_ping(np.ones((2, 2000), np.uint8), t_ns=number * 150_000_000)
-        reported = ways.of(ping, echo_table(echoes), echo_table(behind), from_db)
+        reported = ways.of(ping, 0.0, echo_table(echoes), echo_table(behind), from_db)
     return reported
 
 
@@ -75,7 +75,7 @@ def test_a_way_stays_while_no_body_or_only_one_can_show_it_and_goes_with_its_ech
     rng = np.random.default_rng(5)
     for number in range(70, 84):
         ping = make_ping(np.ones((2, 2000), np.uint8), t_ns=number * 150_000_000)
-        told_then = ways.of(ping, echo_table([echo(*each, rng) for each in loud]), echo_table([]), 10.0)
+        told_then = ways.of(ping, 0.0, echo_table([echo(*each, rng) for each in loud]), echo_table([]), 10.0)
     assert not told_then
 
 
@@ -87,7 +87,7 @@ def test_two_of_many_bodies_with_another_as_far_behind_by_chance_are_no_way() ->
         fainter = [(r + m, b, s - 12.0) for (r, b, s), m in zip(loud, behind, strict=True)]
         ping = make_ping(np.ones((2, 2000), np.uint8), t_ns=number * 150_000_000)
         bodies, others = (echo_table([echo(*each, rng) for each in rows]) for rows in (loud, fainter))
-        assert not ways.of(ping, bodies, others, 15.0)
+        assert not ways.of(ping, 0.0, bodies, others, 15.0)
 
 
 def test_a_way_among_many_bodies_is_reported() -> None:

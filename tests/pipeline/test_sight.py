@@ -9,6 +9,9 @@ import pytest
 from ods.base.arrays import Bytes, Floats, Mask
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.missing.no_data import ALL_DATA
+from ods.pipeline.image.samples.recorded import Frame
+from ods.pipeline.interference.deaf_beams import DeafBeams
+from ods.pipeline.prepared.plan import sample_scale_of
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.sight import BlindnessMonitor, Unseen
 from tests.pipeline.pings import fan_bearings, make_ping
@@ -40,7 +43,9 @@ class Sonar:
     def see(self, frame: Bytes, missing: Mask = ALL_DATA, **changes: Any) -> Unseen:
         self.t_s += self.period_s
         fields = {"scale": "log8", "scale_factor": 40.0, "dr_m": 0.1, "t_ns": round(self.t_s * 1e9)} | changes
-        return self.sight.judge(make_ping(frame, **fields), frame, 0, missing)
+        ping = make_ping(frame, **fields)
+        all_hear = DeafBeams(np.zeros(ping.beams, np.uint8), False, missing)
+        return self.sight.judge(ping, Frame(frame, sample_scale_of(ping), missing, 0), 0, all_hear)
 
     def watch(self, levels: Iterator[Floats | float], **changes: Any) -> list[Unseen]:
         return [self.see(counts(level, self.rng), **changes) for level in levels]

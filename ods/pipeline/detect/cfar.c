@@ -1,12 +1,11 @@
 /* An image divided by the level of each cell's surroundings, along the beam (cfar.py). */
 
+#include "ods/pipeline/filter/rows/halving.h"
 #include "ods/pipeline/filter/rows/lanes.h"
 #include "ods/pipeline/filter/rows/padding.h"
 
 enum method { CA, GOCA, SOCA, OS }; /* places in cfar.py's _METHODS */
 
-/* Steps of the search for an order statistic: it is then known to about 0.1 % of the surroundings' mean. */
-#define HALVINGS 12
 /* Least level, in units of the whole image's. */
 #define LEAST 0.05f
 /* Counts of LANES cells. */

@@ -8,7 +8,7 @@ import numpy as np
 
 from ods.base.arrays import Image
 from ods.compiled import native
-from ods.pipeline.detect.background.noise import NoiseMeter
+from ods.pipeline.detect.background.noise import background_and_noise
 from ods.pipeline.detect.background.tail import TailQuantile
 from ods.pipeline.detect.regions.grouping import DetectionLevels, Grouping
 from ods.pipeline.image.fan import Fan
@@ -27,7 +27,7 @@ def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
 
     CA: M. Finn, R. S. Johnson, 1968; GOCA: V. G. Hansen, 1973; SOCA: G. V. Trunk, 1978; OS: H. Rohling, 1983.
     """
-    meter, tail = NoiseMeter(), TailQuantile(params.rate)
+    tail = TailQuantile(params.rate)
     group = Grouping(params, fan)
     ratio = np.empty(fan.shape, np.float32)
     around = CfarWindow(_METHODS.index(params.method), params.guard, params.train, params.rank)
@@ -38,17 +38,17 @@ def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
 
     def ratios(images: Iterable[Image]) -> Iterator[Image]:
         some = islice(images, 0, None, 4) if params.method == "os" else images  # ordering takes ten times as long
-        return (divided(image, meter.background_and_noise(image)[0]) for image in some)
+        return (divided(image, background_and_noise(image)[0]) for image in some)
 
     def learn(kinds: Iterable[Iterable[Image]]) -> None:
         tail.learn(ratios(images) for images in kinds)
 
     def find(image: Image, recorded: Recorded) -> Regions:
-        middle, _ = meter.background_and_noise(image)
+        middle, _ = background_and_noise(image)
         if middle <= 0.0:
             return group.nothing(image)
         divided(image, middle)
-        background, noise = meter.background_and_noise(ratio)
+        background, noise = background_and_noise(ratio)
         if background <= 0.0:
             return group.nothing(ratio)
         high = tail.level(ratio, background, noise)

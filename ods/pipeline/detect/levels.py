@@ -1,10 +1,14 @@
 """Detection by levels, `two_level` and `one_level` [SSIE, Image processing, stage 3]."""
 
 from collections.abc import Iterable
+from statistics import median
+
+import numpy as np
 
 from ods.base.arrays import Image
-from ods.pipeline.detect.background.crests import LocalThreshold, reaching
-from ods.pipeline.detect.background.noise import NoiseMeter
+from ods.compiled import native
+from ods.pipeline.detect.background.crests import LocalThreshold
+from ods.pipeline.detect.background.noise import background_and_noise
 from ods.pipeline.detect.background.rise import Rise
 from ods.pipeline.detect.background.tail import TailQuantile
 from ods.pipeline.detect.regions.grouping import DetectionLevels, Grouping
@@ -50,14 +54,14 @@ def level_detector(
     where it rises by `params.follow` is faint. fronts: faint echoes are judged by how they set in where the bed is
     rough, so that levels need not rise for them there.
     """
-    (low, high), meter = levels, NoiseMeter()
+    low, high = levels
     crests, tail = LocalThreshold(fan.shape), TailQuantile(params.rate)
     group = Grouping(params, fan)
     follow = params.follow if params.levels == "noise" else 0.0
     low_power = 0.0 if fronts and faint < follow else faint
 
     def find(image: Image, recorded: Recorded) -> Regions:
-        background, noise = meter.background_and_noise(image)
+        background, noise = background_and_noise(image)
         if background <= 0.0:
             return group.nothing(image)
         below, above = levels_between(params.levels, low, high, background, noise)
@@ -77,11 +81,12 @@ def level_detector(
         rough = fronts and ordered[_ROUGH_QUARTER * len(ordered) // 4] > _ROUGH
         rise = Rise(background, factors, low_power, low_power if rough else faint, *crests.region)
         runs, total, _, judged, *_ = group.regions(image, recorded, DetectionLevels(below, above, background, rise))
-        heard_from = 1.0 + (above / background - 1.0) * _middle(ordered) ** faint
-        weak = None
-        if faint < follow:
-            weak = ~reaching(image, runs, total, above, Rise(background, factors, 0.0, follow, *crests.region))
-        return Regions(runs, total, background, judged, weak, heard_from, rough)
+        heard_from = 1.0 + (above / background - 1.0) * median(ordered) ** faint
+        if faint >= follow:
+            return Regions(runs, total, background, judged, None, heard_from, rough)
+        strong = np.empty(total, np.bool_)
+        native.reaching(image, runs, above, rise._replace(high_power=follow), strong)
+        return Regions(runs, total, background, judged, ~strong, heard_from, rough)
 
     def learn_one_look(kinds: Iterable[Iterable[Image]]) -> None:
         crests.learn(next(iter(kinds)))  # which is the first kind
@@ -98,8 +103,3 @@ def levels_between(unit: str, low: float, high: float, background: float, noise:
         return low * background, high * background
     spread = max(noise, _LEAST_NOISE * background)
     return background + low * spread, background + high * spread
-
-
-def _middle(ordered: list[float]) -> float:
-    """Return the median."""
-    return 0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2])

@@ -2,18 +2,15 @@
 
    A beam's gain is what nearly all parts of its range agree on, each compared to the median of all beams there. */
 
+#include "ods/pipeline/filter/rows/halving.h"
 #include "ods/pipeline/image/gained_image.h"
 
 /* Parts of the range, at most, */
 #define MOST_PARTS 25
 /* and samples of a part, at least. */
 #define SHORTEST 16
-/* Lowest and highest parts of a beam that do not count, */
+/* Lowest and highest parts of a beam that do not count; but as many nearest ones always do where a beam is dark. */
 #define LEFT_OUT 2
-/* but so many nearest ones always do where a beam is dark. */
-#define NEAR 2
-/* Steps of the search for a median: it is known to 0.01 % of the mean. */
-#define HALVINGS 14
 /* Gains of less than half a decibel are left to the other equalizers. */
 #define LEAST 1.06f
 
@@ -33,25 +30,13 @@ static void part_means(GainedImage image, int64_t parts, float *means)
     }
 }
 
-/* Returns the median of values, none of them negative, by halving an interval: it is at most twice the mean. */
+/* Returns the median of values, none of them negative: it is at most twice the mean. */
 static float median_of(const float *values, int64_t count)
 {
     float total = 0.0f;
     for (int64_t i = 0; i < count; i++)
         total += values[i];
-    float low = 0.0f, high = 2.0f * total / (float)count;
-    const float half = 0.5f * (float)count;
-    for (int64_t step = 0; step < HALVINGS; step++) {
-        const float at = 0.5f * (low + high);
-        float above = 0.0f;
-        for (int64_t i = 0; i < count; i++)
-            above += values[i] > at ? 1.0f : 0.0f;
-        if (above >= half)
-            low = at;
-        else
-            high = at;
-    }
-    return 0.5f * (low + high);
+    return median_between(0.0f, 2.0f * total / (float)count, values, count);
 }
 
 /* Sorts part (beams,) into `kept` rows of the lowest values, rising, and of the highest ones, falling; part is lost.
@@ -90,7 +75,7 @@ static void bounds_of_levels(float *means, int64_t parts, int64_t beams, float *
             continue;
         for (int64_t b = 0; b < beams; b++)
             part[b] /= around;
-        if (k < NEAR)
+        if (k < LEFT_OUT)
             for (int64_t b = 0; b < beams; b++)
                 nearest[b] = larger_f(part[b], nearest[b]);
         keep_extremes(part, beams, kept, falling, lowest, highest);
@@ -120,8 +105,8 @@ KERNEL_BOOL(measure_beam_gain, GAINED_IMAGE ", float limit, out f4[beams] gain")
 {
     const GainedImage image = gained_image_at(arguments);
     const int64_t beams = image.beams, parts = larger_i(1, smaller_i(MOST_PARTS, image.samples / SHORTEST));
-    const float limit = (float)FLOAT(GAINED_IMAGE_ARGUMENTS);
-    float *gain = ARRAY(float, GAINED_IMAGE_ARGUMENTS + 1), *means = SCRATCH(float, parts * beams);
+    const float limit = (float)FLOAT(arguments_of(GAINED_IMAGE));
+    float *gain = ARRAY(float, arguments_of(GAINED_IMAGE) + 1), *means = SCRATCH(float, parts * beams);
     float *low = SCRATCH(float, beams), *high = SCRATCH(float, beams);
     float *middle = SCRATCH(float, beams), *spread = SCRATCH(float, beams);
     part_means(image, parts, means);

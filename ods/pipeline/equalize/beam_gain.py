@@ -33,6 +33,6 @@ def beam_gain(params: BeamGainParams, fan: Fan) -> GainStep:
             kind = image.cells.dtype
             differs = native.measure_beam_gain(image, params.limit, gain)
         count += 1
-        return image.with_beam_gain(gain) if differs else image
+        return image._replace(of_beam=image.of_beam * gain, plain=False) if differs else image
 
     return step

@@ -1,15 +1,11 @@
 /* Equalization by range: the average over the beams is brought to 1 [SSIE, Image processing, stage 1]. */
 
 #include "ods/pipeline/equalize/by_range.h"
+#include "ods/pipeline/filter/rows/halving.h"
+#include "ods/pipeline/filter/rows/lanes.h"
 #include "ods/pipeline/image/gained_image.h"
 
-/* Steps of the search for the median: it is known to 0.2 % of the mean. */
-#define HALVINGS 10
-/* Mean of a Rayleigh distribution, which speckle has, in multiples of its median. */
-#define SPECKLE_MEAN 1.064f
 
-/* Beams that are measured together. */
-#define ROWS 4
 #define COUNTS_OF(COUNT, b) ((const COUNT *)(image.cells.data + (b) * image.cells.row_bytes) + image.first)
 
 /* Of counts of one type, the body of measure_counts; ROWS at a time, the last ones one by one. */
@@ -105,7 +101,7 @@ static void to_gain(const float *restrict level, const float *restrict before, i
 KERNEL(mean_range_gain, GAINED_IMAGE ", float side_lobe, float guard, int window, out f4[1,samples] new_gain")
 {
     const GainedImage image = gained_image_at(arguments);
-    arguments += GAINED_IMAGE_ARGUMENTS;
+    arguments += arguments_of(GAINED_IMAGE);
     const float side_lobe = (float)FLOAT(0), guard = (float)FLOAT(1);
     float *restrict level = SCRATCH(float, image.samples), *restrict highest = SCRATCH(float, image.samples);
     measure(image, level, highest);
@@ -147,12 +143,13 @@ static void column_medians(GainedImage image, float *restrict level)
 KERNEL(median_range_gain, GAINED_IMAGE ", float guard, int window, out f4[1,samples] new_gain")
 {
     const GainedImage image = gained_image_at(arguments);
-    arguments += GAINED_IMAGE_ARGUMENTS;
+    arguments += arguments_of(GAINED_IMAGE);
     float *restrict level = SCRATCH(float, image.samples), *restrict highest = SCRATCH(float, image.samples);
     measure(image, level, highest);
+    const float speckle_mean = sqrtf((float)(PI / log(16.0))); /* of a Rayleigh distribution, in multiples of its median */
     column_medians(image, level);
     for (int64_t j = 0; j < image.samples; j++)
-        level[j] *= SPECKLE_MEAN;
+        level[j] *= speckle_mean;
     limit_levels(level, image.samples, (float)FLOAT(0), blocks_around(INT(1)));
     to_gain(level, image.gain, image.samples, ARRAY(float, 2));
 }

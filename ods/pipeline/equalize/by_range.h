@@ -3,15 +3,12 @@
 #ifndef ODS_BY_RANGE_H
 #define ODS_BY_RANGE_H
 
-#include "kernel.h"
-
-/* Columns that share one value of the surroundings' level. */
-#define COLUMNS_OF_BLOCK 32
+#include "ods/pipeline/image/samples/samples.h"
 
 /* Returns how many blocks to either side of a range make surroundings of `window` range samples. */
 static inline int64_t blocks_around(int64_t window)
 {
-    return larger_i(1, window / (2 * COLUMNS_OF_BLOCK));
+    return larger_i(1, window / (2 * SAMPLES_OF_BLOCK));
 }
 
 /* Returns the (lower) median of a few values; work has room for them. */
@@ -33,11 +30,11 @@ static inline float sorted_middle(const float *values, int64_t count, float *wor
    its place. */
 static inline void limit_levels(float *level, int64_t samples, float guard, int64_t reach)
 {
-    const int64_t count = (samples + COLUMNS_OF_BLOCK - 1) / COLUMNS_OF_BLOCK;
+    const int64_t count = (samples + SAMPLES_OF_BLOCK - 1) / SAMPLES_OF_BLOCK;
     float *blocks = SCRATCH(float, count), *nearby = SCRATCH(float, smaller_i(count, 2 * reach + 1));
     for (int64_t k = 0; k < count; k++) {
-        const float *part = level + k * COLUMNS_OF_BLOCK;
-        const int64_t columns = smaller_i(COLUMNS_OF_BLOCK, samples - k * COLUMNS_OF_BLOCK);
+        const float *part = level + k * SAMPLES_OF_BLOCK;
+        const int64_t columns = smaller_i(SAMPLES_OF_BLOCK, samples - k * SAMPLES_OF_BLOCK);
         float total = 0.0f;
         for (int64_t j = 0; j < columns; j++)
             total += part[j];
@@ -46,8 +43,8 @@ static inline void limit_levels(float *level, int64_t samples, float guard, int6
     for (int64_t k = 0; k < count; k++) {
         const int64_t first = larger_i(0, k - reach), last = smaller_i(count, k + reach + 1);
         const float limit = guard * sorted_middle(blocks + first, last - first, nearby);
-        float *part = level + k * COLUMNS_OF_BLOCK;
-        const int64_t columns = smaller_i(COLUMNS_OF_BLOCK, samples - k * COLUMNS_OF_BLOCK);
+        float *part = level + k * SAMPLES_OF_BLOCK;
+        const int64_t columns = smaller_i(SAMPLES_OF_BLOCK, samples - k * SAMPLES_OF_BLOCK);
         for (int64_t j = 0; j < columns; j++)
             part[j] = smaller_f(limit, part[j]);
     }

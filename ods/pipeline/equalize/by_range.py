@@ -24,7 +24,7 @@ def mean_range(params: MeanRangeParams, fan: Fan) -> GainStep:
 
     def step(image: GainedImage) -> GainedImage:
         native.mean_range_gain(image, side_lobe, params.guard, params.window, gain)
-        return image.with_column_gain(gain)
+        return image._replace(gain=gain, plain=False)
 
     return step
 
@@ -39,6 +39,6 @@ def median_range(params: MedianRangeParams, fan: Fan) -> GainStep:
 
     def step(image: GainedImage) -> GainedImage:
         native.median_range_gain(image, params.guard, params.window, gain)
-        return image.with_column_gain(gain)
+        return image._replace(gain=gain, plain=False)
 
     return step

@@ -104,7 +104,7 @@ KERNEL(local_gain, GAINED_IMAGE ", i8[beam_blocks] first_beam, i8[range_blocks] 
                                 "f4[samples] between, float guard, out f4[beam_blocks,samples] rows")
 {
     const GainedImage image = gained_image_at(arguments);
-    arguments += GAINED_IMAGE_ARGUMENTS;
+    arguments += arguments_of(GAINED_IMAGE);
     const Blocks blocks = {ARRAY(const int64_t, 0), ARRAY(const int64_t, 1), SIZE(0, 0), SIZE(1, 0)};
     float *means = SCRATCH(float, blocks.in_beams * blocks.in_range);
     float *gain = SCRATCH(float, blocks.in_beams * blocks.in_range);

@@ -30,7 +30,7 @@ def local(params: LocalParams, fan: Fan) -> GainStep:
 
     def step(image: GainedImage) -> GainedImage:
         native.local_gain(image, blocks, rows)
-        return image.with_gain(rows, above, share_of_beam)
+        return image._replace(gain=rows, above=above, share=share_of_beam, plain=False)
 
     return step
 

@@ -1,9 +1,7 @@
 /* Recursive filter in range, run both ways: no delay, and a cost that does not depend on its length. */
 
+#include "ods/pipeline/filter/rows/lanes.h"
 #include "ods/pipeline/image/gained_image.h"
-
-/* Rows that are filtered at once: their sums do not wait for one another. */
-#define ROWS 4
 
 /* Fills left with the sums of the samples up to each of ROWS rows (samples,), weighed by pole^distance. */
 static void sum_from_left(float *const *rows, float pole, int64_t samples, float *const *left)
@@ -32,9 +30,9 @@ KERNEL(two_way, GAINED_IMAGE ", float pole, f4[samples] scale, out f4[beams,samp
 {
     const GainedImage image = gained_image_at(arguments);
     const int64_t samples = image.samples;
-    const float pole = (float)FLOAT(GAINED_IMAGE_ARGUMENTS);
-    const float *restrict scale = ARRAY(const float, GAINED_IMAGE_ARGUMENTS + 1);
-    float *out = ARRAY(float, GAINED_IMAGE_ARGUMENTS + 2), *rows[ROWS], *sums[ROWS];
+    const float pole = (float)FLOAT(arguments_of(GAINED_IMAGE));
+    const float *restrict scale = ARRAY(const float, arguments_of(GAINED_IMAGE) + 1);
+    float *out = ARRAY(float, arguments_of(GAINED_IMAGE) + 2), *rows[ROWS], *sums[ROWS];
     for (int64_t k = 0; k < ROWS; k++) {
         rows[k] = SCRATCH(float, samples);
         sums[k] = SCRATCH(float, samples);

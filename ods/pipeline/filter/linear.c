@@ -37,8 +37,8 @@ static void average_row_of_9(const float *restrict padded, int64_t samples, floa
 KERNEL(filter_plane, GAINED_IMAGE ", " SEPARABLE_FILTER ", out f4[beams,samples] out")
 {
     const GainedImage image = gained_image_at(arguments);
-    const SeparableFilter filter = separable_filter_at(arguments + GAINED_IMAGE_ARGUMENTS);
-    float *out = ARRAY(float, GAINED_IMAGE_ARGUMENTS + SEPARABLE_FILTER_ARGUMENTS);
+    const SeparableFilter filter = separable_filter_at(arguments + arguments_of(GAINED_IMAGE));
+    float *out = ARRAY(float, arguments_of(GAINED_IMAGE) + arguments_of(SEPARABLE_FILTER));
     const int64_t beams = image.beams, samples = image.samples, half = filter.half, reach = filter.reach;
     float *padded = SCRATCH(float, samples + 2 * half + BLOCK);
     float *triples = SCRATCH(float, samples + 6);

@@ -7,8 +7,6 @@
 
 /* Longest window. */
 #define MOST 9
-/* Samples that are filtered at once: what is sorted of them stays in the fastest cache. */
-#define COLUMNS 256
 
 /* Triples of samples, each sorted. */
 typedef struct {
@@ -99,8 +97,8 @@ static void median_row(const float *restrict padded, int64_t window, int64_t sam
 KERNEL(median_filter, GAINED_IMAGE ", int window, int beams_of_window, out f4[beams,samples] out")
 {
     const GainedImage image = gained_image_at(arguments);
-    const int64_t window = INT(GAINED_IMAGE_ARGUMENTS), reach = INT(GAINED_IMAGE_ARGUMENTS + 1) / 2;
-    float *out = ARRAY(float, GAINED_IMAGE_ARGUMENTS + 2);
+    const int64_t window = INT(arguments_of(GAINED_IMAGE)), reach = INT(arguments_of(GAINED_IMAGE) + 1) / 2;
+    float *out = ARRAY(float, arguments_of(GAINED_IMAGE) + 2);
     const int64_t beams = image.beams, samples = image.samples;
     float *padded = SCRATCH(float, samples + MOST - 1);
     const Ring ring = new_ring(reach, beams, samples);

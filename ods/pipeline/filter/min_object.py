@@ -9,9 +9,6 @@ from ods.pipeline.stage.params import MinObjectParams
 from ods.pipeline.stage.registry import image_stage
 from ods.pipeline.stage.step import ImageStep
 
-_MOST_BEAMS = 15
-"""Reach across the beams, to either side, very near the sonar."""
-
 
 @image_stage("filter.min_object", MinObjectParams)
 def min_object(params: MinObjectParams, fan: Fan) -> ImageStep:
@@ -35,5 +32,5 @@ def reaches(size_m: float, fan: Fan) -> Ints:
     spacing = float(np.diff(fan.borders_rad).mean())
     distance = np.maximum(fan.range_m, fan.dr_m)
     reach = np.floor(0.5 * (size_m / (distance * spacing) - 1.0))
-    stops = [int(np.count_nonzero(reach >= k)) for k in range(1, _MOST_BEAMS + 1)]
+    stops = [int(np.count_nonzero(reach >= k)) for k in range(1, len(fan.bearing_rad))]
     return np.array([stop for stop in stops if stop], np.int64)

@@ -25,10 +25,6 @@ static void average_row(const float *padded, int64_t window, float weight, int64
     }
 }
 
-/* Samples whose sums of three are kept in the nearest cache. */
-#define COLUMNS 256
-#define SUMS 32
-
 /* The same for a window of 9: sums of three are added up, which takes two thirds of the loads. */
 static void average_row_of_9(const float *restrict padded, float weight, int64_t samples, float *restrict mean,
                              float *restrict square)
@@ -49,20 +45,20 @@ static void average_row_of_9(const float *restrict padded, float weight, int64_t
     }
 }
 
-/* Turns the mean squares into variances, in place, and returns their sum: of SUMS sums, as one would wait for
+/* Turns the mean squares into variances, in place, and returns their sum: of BLOCK sums, as one would wait for
    itself. */
 static float to_variances(const float *restrict mean, int64_t samples, float *restrict square)
 {
-    float sums[SUMS] = {0.0f}, total = 0.0f;
-    const int64_t whole = samples - samples % SUMS;
+    float sums[BLOCK] = {0.0f}, total = 0.0f;
+    const int64_t whole = samples - samples % BLOCK;
     for (int64_t j = 0; j < samples; j++)
         square[j] = larger_f(square[j] - mean[j] * mean[j], 0.0f);
-    for (int64_t j = 0; j < whole; j += SUMS)
-        for (int64_t k = 0; k < SUMS; k++)
+    for (int64_t j = 0; j < whole; j += BLOCK)
+        for (int64_t k = 0; k < BLOCK; k++)
             sums[k] += square[j + k];
     for (int64_t j = whole; j < samples; j++)
         total += square[j];
-    for (int64_t k = 0; k < SUMS; k++)
+    for (int64_t k = 0; k < BLOCK; k++)
         total += sums[k];
     return total;
 }
@@ -82,8 +78,8 @@ static void draw_to_mean(const float *restrict row, const float *restrict varian
 KERNEL(wiener_filter, GAINED_IMAGE ", " SEPARABLE_FILTER ", out f4[beams,samples] variance, out f4[beams,samples] out")
 {
     const GainedImage image = gained_image_at(arguments);
-    const SeparableFilter filter = separable_filter_at(arguments + GAINED_IMAGE_ARGUMENTS);
-    arguments += GAINED_IMAGE_ARGUMENTS + SEPARABLE_FILTER_ARGUMENTS;
+    const SeparableFilter filter = separable_filter_at(arguments + arguments_of(GAINED_IMAGE));
+    arguments += arguments_of(GAINED_IMAGE) + arguments_of(SEPARABLE_FILTER);
     float *variance = ARRAY(float, 0), *out = ARRAY(float, 1);
     const int64_t beams = image.beams, samples = image.samples, half = filter.half, reach = filter.reach;
     float *padded = SCRATCH(float, samples + 2 * half + BLOCK);

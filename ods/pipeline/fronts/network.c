@@ -28,9 +28,7 @@ typedef struct {
 } Convolution;
 
 #define DENSE(OUTPUTS) "f4[:," OUTPUTS "] weights, f4[" OUTPUTS "] bias"
-#define DENSE_ARGUMENTS 2
 #define CONVOLUTION(OUTPUTS) DENSE(OUTPUTS) ", int beams, int cells, int step_beams, int step_cells"
-#define CONVOLUTION_ARGUMENTS 6
 #define CONVOLUTIONS 3
 /* Places that the first of them weighs together. */
 #define PLACES 4
@@ -43,7 +41,6 @@ typedef struct {
 
 #define NETWORK \
     CONVOLUTION("first") ", " CONVOLUTION("second") ", " CONVOLUTION("third") ", " DENSE("hidden") ", " DENSE("1")
-#define NETWORK_ARGUMENTS (CONVOLUTIONS * CONVOLUTION_ARGUMENTS + 2 * DENSE_ARGUMENTS)
 
 static Dense dense_at(const Argument *arguments)
 {
@@ -53,7 +50,7 @@ static Dense dense_at(const Argument *arguments)
 static Convolution convolution_at(const Argument *arguments)
 {
     const Dense dense = dense_at(arguments);
-    arguments += DENSE_ARGUMENTS;
+    arguments += arguments_of(DENSE("1"));
     return (Convolution){dense, larger_i(INT(0), 1), larger_i(INT(1), 1), larger_i(INT(2), 1), larger_i(INT(3), 1)};
 }
 
@@ -61,10 +58,10 @@ static Convolution convolution_at(const Argument *arguments)
 static Network network_at(const Argument *arguments)
 {
     Network network;
-    for (int k = 0; k < CONVOLUTIONS; k++, arguments += CONVOLUTION_ARGUMENTS)
+    for (int k = 0; k < CONVOLUTIONS; k++, arguments += arguments_of(CONVOLUTION("1")))
         network.convolutions[k] = convolution_at(arguments);
     network.hidden = dense_at(arguments);
-    network.last = dense_at(arguments + DENSE_ARGUMENTS);
+    network.last = dense_at(arguments + arguments_of(DENSE("1")));
     return network;
 }
 
@@ -326,7 +323,7 @@ LONG_KERNEL(score_fronts, "f4[windows,beams,cells] windows, float unit, " NETWOR
     const float *levels = ARRAY(const float, 0), unit = (float)FLOAT(1);
     const Network network = network_at(arguments + 2);
     const Convolution layer = network.convolutions[0];
-    float *scores = ARRAY(float, 2 + NETWORK_ARGUMENTS);
+    float *scores = ARRAY(float, 2 + arguments_of(NETWORK));
     Made made[CONVOLUTIONS + 1];
     const bool fits = beams > 0 && cells > 0 && prepare(&network, beams, cells, made);
     const Window window = fits ? new_window(beams, cells, layer) : (Window){NULL, 0};

@@ -15,8 +15,6 @@ from ods.base.arrays import Floats32
 from ods.compiled import native
 
 WEIGHTS = Path(__file__).with_name("network.npz")
-STEPS = ((1, 2), (2, 2), (1, 2))
-"""Beams and cells from one place to the next, of each convolution."""
 DB = 10.0
 """Unit of its input levels, dB."""
 _LINE = 64
@@ -63,16 +61,18 @@ class Network(NamedTuple):
 def network_of(arrays: Mapping[str, Floats32]) -> Network:
     """Return the network of arrays as `benchmarks.detection.train_fronts` keeps them.
 
-    `convolution0`, ...: (beams, cells, in, out); `hidden`, `last`: (in, out); each with a `..._bias` (out,).
+    `steps`: (convolutions, 2) beams and cells from one place to the next; `convolution0`, ...: (beams, cells, in, out);
+    `hidden`, `last`: (in, out); each with a `..._bias` (out,).
     """
 
     def dense(name: str) -> Dense:
         weights = arrays[name]
         return Dense(_aligned(weights.reshape(-1, weights.shape[-1])), arrays[f"{name}_bias"])
 
-    names = [f"convolution{k}" for k in range(len(STEPS))]
+    steps = [(beams, cells) for beams, cells in arrays["steps"].astype(int).tolist()]
+    names = [f"convolution{k}" for k in range(len(steps))]
     around = [(arrays[name].shape[0], arrays[name].shape[1]) for name in names]
-    layers = zip(map(dense, names), around, STEPS, strict=True)
+    layers = zip(map(dense, names), around, steps, strict=True)
     return Network(tuple(Convolution(*layer) for layer in layers), dense("hidden"), dense("last"))
 
 

@@ -1,14 +1,13 @@
 /* The recorded samples around where an echo sets in, as levels (windows.py). */
 
+#include <float.h>
+
+#include "ods/pipeline/image/samples/decibels.h"
 #include "ods/pipeline/image/samples/samples.h"
 
 /* Of a window's mean amplitude, added to each, so that none is not infinitely below its surroundings. */
 #define LEAST 0.01f
-#define TINY 1e-30f
 /* 20 log10 2, 20 log10 e, and the bits of sqrt(1/2). */
-#define DB_OF_2 6.02059991f
-#define DB_OF_E 8.68588964f
-#define SQRT_HALF_BITS 0x3f3504f3
 
 static int64_t clipped(int64_t index, int64_t size)
 {
@@ -59,21 +58,6 @@ KERNEL(cut_windows, "rows u1|u2|f4[beams,:] samples, f8[beams] bearing_rad, i8[b
     }
 }
 
-/* Returns 20 log10 of a number above 0, to 1e-7 of the logarithm: of x = m 2^e, m about 1, by the series of
-   log m = 2 artanh((m - 1) / (m + 1)). */
-static inline float decibels(float x)
-{
-    int32_t bits;
-    float m;
-    memcpy(&bits, &x, sizeof bits);
-    const int32_t e = (bits - SQRT_HALF_BITS) >> 23; /* m from sqrt(1/2) to sqrt(2) */
-    bits -= e * (1 << 23);
-    memcpy(&m, &bits, sizeof m);
-    const float s = (m - 1.0f) / (m + 1.0f), z = s * s;
-    const float log_m = 2.0f * s * (1.0f + z * (1.0f / 3.0f + z * (1.0f / 5.0f + z * (1.0f / 7.0f + z / 9.0f))));
-    return DB_OF_2 * (float)e + DB_OF_E * log_m;
-}
-
 /* Turns the amplitudes of windows into levels, dB over the mean level of each; 0 where there is nothing at all. */
 KERNEL(level_windows, "out f4[windows,beams,cells] windows")
 {
@@ -83,7 +67,7 @@ KERNEL(level_windows, "out f4[windows,beams,cells] windows")
         float total = 0.0f, sum = 0.0f;
         for (int64_t j = 0; j < cells; j++)
             total += window[j];
-        const float scale = 1.0f / larger_f(total / (float)cells, TINY);
+        const float scale = 1.0f / larger_f(total / (float)cells, FLT_MIN);
         for (int64_t j = 0; j < cells; j++) {
             window[j] = decibels(window[j] * scale + LEAST);
             sum += window[j];

@@ -17,8 +17,6 @@ typedef struct {
 /* What a kernel's signature says of it. */
 #define FAN_TABLE                                                                                                      \
     "f8[beams] bearing_rad, f8[:] borders_rad, f8[beams] beam_width_rad, float range0_m, float dr_m, float elevation_rad"
-/* Arguments that it takes. */
-#define FAN_TABLE_ARGUMENTS 6
 
 /* arguments: from the fan's first one on. */
 static inline FanTable fan_table_at(const Argument *arguments)

@@ -6,6 +6,7 @@
 KERNEL(write_image, GAINED_IMAGE ", out f4[beams,samples] out")
 {
     const GainedImage image = gained_image_at(arguments);
+    float *out = ARRAY(float, arguments_of(GAINED_IMAGE));
     for (int64_t b = 0; b < image.beams; b++)
-        load_row(image, b, ARRAY(float, GAINED_IMAGE_ARGUMENTS) + b * image.samples);
+        load_row(image, b, out + b * image.samples);
 }

@@ -3,8 +3,8 @@
        KERNEL(median_filter, GAINED_IMAGE ", int half, out f4[beams,samples] out")
        {
            const GainedImage image = gained_image_at(arguments);
-           const int64_t half = INT(GAINED_IMAGE_ARGUMENTS);
-           float *out = ARRAY(float, GAINED_IMAGE_ARGUMENTS + 1); */
+           const int64_t half = INT(arguments_of(GAINED_IMAGE));
+           float *out = ARRAY(float, arguments_of(GAINED_IMAGE) + 1); */
 
 #ifndef ODS_GAINED_IMAGE_H
 #define ODS_GAINED_IMAGE_H
@@ -31,8 +31,6 @@ typedef struct {
 #define GAINED_IMAGE                                                                                                   \
     "rows u1|u2|f4[beams,:] cells, int first, float offset, f4[:,samples] gain, i8[beams] above, f4[beams] share, "     \
     "f4[beams] of_beam, bool plain"
-/* Arguments that it takes. */
-#define GAINED_IMAGE_ARGUMENTS 8
 
 /* arguments: from the image's first one on. */
 static inline GainedImage gained_image_at(const Argument *arguments)

@@ -1,4 +1,4 @@
-"""Input of a stage: an image with a gain that is still to be applied.
+"""Input of a stage: an image with a gain that is still to be applied, and the buffers that stages write to.
 
 An image of 60 x 2000 float32 does not fit into a processor's fast cache beside another one, so writing it costs more
 than most arithmetic on it. So equalizers only say what the gain is, at each range and slowly changing from beam to
@@ -34,28 +34,6 @@ class GainedImage(NamedTuple):
     plain: bool = True
     """The gain is 1 everywhere."""
 
-    @property
-    def is_applied(self) -> bool:
-        """The cells are the amplitudes; there is nothing to apply."""
-        return self.plain and self.cells.dtype.kind == "f"
-
-    def with_cells(self, cells: AnyArray, first: int, offset: np.float32) -> "GainedImage":
-        """Return the gain with other cells."""
-        return GainedImage(cells, first, offset, self.gain, self.above, self.share, self.of_beam, self.plain)
-
-    def with_column_gain(self, gain: Image) -> "GainedImage":
-        """Return the image with gain, (1, samples); that of before is part of it."""
-        return GainedImage(self.cells, self.first, self.offset, gain, self.above, self.share, self.of_beam, False)
-
-    def with_beam_gain(self, of_beam: Floats32) -> "GainedImage":
-        """Return the image with each beam multiplied by of_beam, (beams,), besides."""
-        factor = self.of_beam * of_beam
-        return GainedImage(self.cells, self.first, self.offset, self.gain, self.above, self.share, factor, False)
-
-    def with_gain(self, gain: Image, above: Ints, share: Floats32) -> "GainedImage":
-        """Return the image with gain, (rows, samples); that of before is part of it."""
-        return GainedImage(self.cells, self.first, self.offset, gain, above, share, self.of_beam, False)
-
 
 def of_gain_1(image: Image) -> GainedImage:
     """Return an image of (beams, samples) amplitudes as one of gain 1."""
@@ -67,10 +45,26 @@ def of_gain_1(image: Image) -> GainedImage:
 def applied(image: GainedImage) -> Image:
     """Return a new image (beams, samples) of the amplitudes."""
     out = np.empty((image.above.size, image.gain.shape[1]), np.float32)
-    write_image(image, out)
+    native.write_image(image, out)
     return out
 
 
-def write_image(image: GainedImage, out: Image) -> None:
-    """Fill out (beams, samples) with the amplitudes."""
-    native.write_image(image, out)
+class DoubleBuffer:
+    """Two images of one shape that take turns: the front one is the newest, and is read; the back one is written."""
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        self.front, self.back = np.empty(shape, np.float32), np.empty(shape, np.float32)
+        self._front, self._back = of_gain_1(self.front), of_gain_1(self.back)
+
+    def flip(self) -> GainedImage:
+        """Make the image that was written the front one, and return it."""
+        self.front, self.back = self.back, self.front
+        self._front, self._back = self._back, self._front
+        return self._front
+
+    def apply(self, image: GainedImage) -> GainedImage:
+        """Return the image with its gain applied, which then is the front one."""
+        if image.plain and image.cells.dtype.kind == "f":
+            return image
+        native.write_image(image, self.back)
+        return self.flip()

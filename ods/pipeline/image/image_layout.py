@@ -14,7 +14,6 @@ from ods.pipeline.settings import AttentionSettings
 
 MAX_RANGE = 1e6
 """Stands for 'as far as the image reaches', m."""
-EVERY_PHASE = -1
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +42,8 @@ class ImageLayout:
     """Range samples that make one column."""
     bands: list[RangeBand]
     """One, or two side by side."""
-    phase: int
-    """The ping, modulo `Plan.phases`, at which it is processed."""
+    phase: int | None
+    """The ping, modulo `Plan.phases`, at which it is processed; None: each."""
 
     @cached_property
     def origin(self) -> Ints:
@@ -63,25 +62,22 @@ class RangeInterval(NamedTuple):
     to_m: float
 
 
-ALL = RangeInterval(0.0, math.inf)
-
-
 def rings_of(fan: Fan, attention: AttentionSettings) -> list[list[RangeInterval]]:
     """Return, for each phase, the rings that are processed, near first [SSIE, focus of attention]."""
     end = fan.range0_m + fan.samples * fan.dr_m
     if not max(0.0, fan.range0_m) < attention.near_m < end or attention.every == 1:
-        return [[ALL]]
+        return [[RangeInterval(0.0, math.inf)]]
     borders = [*np.linspace(attention.near_m, end, attention.every + 1)[:-1].tolist(), math.inf]
     near = RangeInterval(0.0, attention.near_m)
     return [[near, RangeInterval(begin, stop)] for begin, stop in pairwise(borders)]
 
 
-def scheduled(phases: list[list[RangeInterval]], *, apart: bool) -> list[tuple[list[RangeInterval], int]]:
+def scheduled(phases: list[list[RangeInterval]], *, apart: bool) -> list[tuple[list[RangeInterval], int | None]]:
     """Return the rings that share an image, and the image's phase; rings that touch are one."""
     if len(phases) == 1:
-        return [(phases[0], EVERY_PHASE)]
+        return [(phases[0], None)]
     if apart:
-        return [(phases[0][:1], EVERY_PHASE), *(([far], phase) for phase, (_, far) in enumerate(phases))]
+        return [(phases[0][:1], None), *(([far], phase) for phase, (_, far) in enumerate(phases))]
     near, far = phases[0]
     return [
         ([RangeInterval(near.from_m, far.to_m)], 0),
@@ -90,7 +86,7 @@ def scheduled(phases: list[list[RangeInterval]], *, apart: bool) -> list[tuple[l
 
 
 def layout(
-    fan: Fan, rows: slice, first: int, rings: list[RangeInterval], attention: AttentionSettings, phase: int
+    fan: Fan, rows: slice, first: int, rings: list[RangeInterval], attention: AttentionSettings, phase: int | None
 ) -> ImageLayout:
     """Lay rings and their margins side by side. fan, first: of the whole plane."""
     stride = min(attention.subsample, fan.samples)

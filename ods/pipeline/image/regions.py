@@ -37,8 +37,8 @@ class Regions(NamedTuple):
     """For pictures only; None: by no levels."""
     faint: Mask | None = None
     """(total,) those that are too weak for the false-alarm rate wanted; None: none is."""
-    heard_from: float = 0.0
-    """So high over the background an echo counts by its level alone in the middle of the image; 0: not reported."""
+    heard_from: float | None = None
+    """So high over the background an echo counts by its level alone in the middle of the image; None: not reported."""
     fronts: bool = False
     """Where some are faint, all are judged by how they set in; of the faint ones only those are echoes that do so as a
     body does."""
@@ -53,16 +53,10 @@ def shared_at(regions: Regions, column: int) -> tuple[Regions, Regions]:
 
 def chosen(regions: Regions, wanted: Mask) -> Regions:
     """Return the wanted regions, (total,), renumbered without a gap."""
-    runs, total = chosen_runs(regions.runs, wanted)
+    out = np.empty_like(regions.runs)
+    runs = out[: native.choose_runs(regions.runs, wanted, out)]
     faint = None if regions.faint is None else regions.faint[wanted]
-    return Regions(runs, total, regions.background, faint=faint)
-
-
-def chosen_runs(runs: Runs, wanted: Mask) -> tuple[Runs, int]:
-    """Return the runs of the wanted regions, renumbered without a gap, and the number of regions."""
-    out = np.empty_like(runs)
-    count = native.choose_runs(runs, wanted, out)
-    return out[:count], int(np.count_nonzero(wanted))
+    return Regions(runs, int(np.count_nonzero(wanted)), regions.background, faint=faint)
 
 
 def sorted_runs(runs: Runs) -> Runs:

@@ -1,20 +1,17 @@
 /* Pulses at a train's places that no echo shows, from the images of the last pings: see buried_pulses.py. */
 
+#include <float.h>
+
 #include "ods/pipeline/image/samples/samples.h"
 
-/* What is compared is so long in range, m: a pulse of 0.5 ms. It begins so far before where an echo seems to begin. */
+/* What is compared is so long in range, m: a pulse of 0.5 ms. */
 #define WIDTH_M 0.4
-#define LEAD_M 0.1
-/* Levels are known at so many places in a width. */
+/* Levels are known at so many places in a width. It begins one of them before where an echo seems to begin. */
 #define PLACES 4
-/* The shortest period that is looked for, s. */
-#define SHORTEST_S 0.02
-/* Excess, in standard deviations, of pulses that are found, of those that are still received, and the most that one place
-   can show. */
+/* Excess, in standard deviations, of pulses that are found, which is the most that one place can show, and of those that
+   are still received. */
 #define FOUND 4.5
 #define HEARD 2.0
-#define MOST_OF_ONE 5.0
-#define SMALLEST 1e-9
 
 /* Log amplitude of the last pings in one direction, mean of a width from each place on. */
 typedef struct {
@@ -85,7 +82,7 @@ static Background background_of(const Levels *levels, Train train)
             n += 1.0, sum += found, squares += square(found);
     }
     const double mean = n > 0.0 ? sum / n : 0.0;
-    return (Background){apart, mean, n > 1.0 ? sqrt(larger(squares / n - square(mean), square(SMALLEST))) : INFINITY};
+    return (Background){apart, mean, n > 1.0 ? sqrt(larger(squares / n - square(mean), NOT_ZERO)) : INFINITY};
 }
 
 /* Returns the excess of the pulses at `count` parts of a period of so many pings, in standard deviations, but for those
@@ -99,7 +96,7 @@ static double excess(const Levels *levels, Train train, int64_t count, int64_t p
         const double later_s = train.period_s * (double)k / (double)count;
         const double found = brighter(levels, (Train){train.period_s, train.at_s + later_s}, background.apart);
         if (found == found)
-            n += 1.0, sum += smaller((found - background.mean) / background.spread, MOST_OF_ONE);
+            n += 1.0, sum += smaller((found - background.mean) / background.spread, FOUND);
     }
     return n > 0.0 ? sum / sqrt(n) : 0.0;
 }
@@ -118,22 +115,22 @@ static void measure(Samples samples, int64_t row, int64_t beams, const float *ta
         float all = 0.0f;
         for (int64_t k = p * step; k < p * step + width; k++)
             all += sum[k];
-        level[p] = logf(all > 0.0f ? all : (float)SMALLEST);
+        level[p] = logf(all > 0.0f ? all : FLT_MIN);
     }
 }
 
 /* Returns how many pulses come in a train's period; 0: none, or no others than those known.
 
    frames: of each ping the samples of the same number of beams; table: their amplitudes by count, empty for linear ones;
-   sent_s: as of the train; s_a_m: of time a metre of range; is_known: whether those at the train's places are asked for. */
+   sent_s: as of the train; s_a_m: of time a metre of range; shortest_s: the shortest period that is looked for; is_known: whether those at the train's places are asked for. */
 KERNEL_INT(pulses_a_period, "u1|u2|f4[rows,samples] frames, f4[:] table, f8[pings] sent_s, float s_a_m, float range0_m, "
-                            "float dr_m, float period_s, float at_s, bool is_known")
+                            "float dr_m, float period_s, float at_s, float shortest_s, bool is_known")
 {
     const int64_t pings = SIZE(2, 0), beams = SIZE(0, 0) / larger_i(pings, 1);
     const int64_t width = larger_i((int64_t)(WIDTH_M / FLOAT(5) + 0.5), 1), step = larger_i(width / PLACES, 1);
     const int64_t places = (SIZE(0, 1) - width) / step;
     const float *table = SIZE(1, 0) > 0 ? ARRAY(const float, 1) : NULL;
-    const Train train = {FLOAT(6), FLOAT(7) - LEAD_M * FLOAT(3)};
+    const Train train = {FLOAT(6), FLOAT(7) - WIDTH_M / PLACES * FLOAT(3)};
     if (pings < 2 || beams < 1 || places < 2 || !(train.period_s > 0.0))
         return 0;
     float *level = SCRATCH(float, pings * places);
@@ -143,14 +140,14 @@ KERNEL_INT(pulses_a_period, "u1|u2|f4[rows,samples] frames, f4[:] table, f8[ping
     const Levels levels = {level, sent_s, pings, places, FLOAT(4) * FLOAT(3), (double)step * FLOAT(5) * FLOAT(3),
                            WIDTH_M * FLOAT(3)};
     const Background background = background_of(&levels, train);
-    if (BOOL(8)) {
+    if (BOOL(9)) {
         const double found = (brighter(&levels, train, background.apart) - background.mean) / background.spread;
         return found >= HEARD;
     }
     const int64_t of_period = (int64_t)(train.period_s / (sent_s[pings - 1] - sent_s[pings - 2]) + 0.5);
     double most = 0.0;
     int64_t best = 0;
-    for (int64_t count = 2; (double)count * SHORTEST_S <= train.period_s; count++) {
+    for (int64_t count = 2; (double)count * FLOAT(8) <= train.period_s; count++) {
         const double found = excess(&levels, train, count, larger_i(of_period, 1), background);
         if (found > most)
             most = found, best = count;

@@ -12,13 +12,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import AnyArray, Floats
+from ods.base.arrays import AnyArray
 from ods.compiled import native
 from ods.messages import Ping
 from ods.pipeline.prepared.plan import sample_scale_of
 
 PINGS, BEAMS = 8, 3
 """So many of the last pings are compared, in so many beams next to the direction."""
+SHORTEST_S = 0.02
+"""The shortest period of pulses that is looked for, s."""
+
+
+class Train(NamedTuple):
+    """Pulses of one period; times since a fixed instant."""
+
+    period_s: float
+    at_s: float
+    """Of a pulse."""
+    bearing_rad: float
+    received_s: float
+    buried: float
+    """Pulses in a period of what was found; 0: a line, if it is alone."""
+    arrivals: float
 
 
 class _Image(NamedTuple):
@@ -51,26 +66,23 @@ class BuriedPulses:
             self._images.clear()
         self._images.append(image)
 
-    def a_period(self, train: Floats) -> int:
-        """Return how many pulses come in the period of a train, a row of pulses.c; 0: no others than its own."""
+    def a_period(self, train: Train) -> int:
+        """Return how many pulses come in the period of a train; 0: no others than its own."""
         return self._ask(train, is_known=False)
 
-    def are_received(self, train: Floats) -> bool:
+    def are_received(self, train: Train) -> bool:
         """Return whether a train's pulses are in the images."""
         return bool(self._ask(train, is_known=True))
 
-    def _ask(self, train: Floats, *, is_known: bool) -> int:
-        period_s, at_s, bearing_rad = train[:3].tolist()
+    def _ask(self, train: Train, *, is_known: bool) -> int:
         ping = self._images[-1].ping
-        rows = np.argsort(np.abs(np.array(ping.bearing_rad) - bearing_rad))[:BEAMS]
+        rows = np.argsort(np.abs(np.array(ping.bearing_rad) - train.bearing_rad))[:BEAMS]
         frames = np.concatenate([image.frame[rows] for image in self._images])
         table = sample_scale_of(ping).table
         sent_s = np.array([image.sent_s for image in self._images])
         grid = 2.0 / ping.sound_speed, ping.range0_m, ping.dr_m
         found: int = native.pulses_a_period(
-            frames, NO_TABLE if table is None else table, sent_s, *grid, period_s, at_s, is_known
-        )
+            frames, np.zeros(0, np.float32) if table is None else table, sent_s, *grid,
+            train.period_s, train.at_s, SHORTEST_S, is_known,
+        )  # fmt: skip
         return found
-
-
-NO_TABLE = np.zeros(0, np.float32)

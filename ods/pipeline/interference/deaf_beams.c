@@ -1,79 +1,41 @@
 /* Beams that say nothing of the water: saturated ones, and such as receive a source that sounds without end. See
    deaf_beams.py. */
 
+#include "ods/pipeline/filter/rows/halving.h"
 #include "ods/pipeline/filter/rows/lanes.h"
 #include "ods/pipeline/image/missing/no_data.h"
+#include "ods/pipeline/image/samples/decibels.h"
 #include "ods/pipeline/image/samples/samples.h"
 
-/* Parts of the range, */
-#define RINGS 16
-/* samples in a row that are looked at of each, */
+/* Samples in a row that are looked at of each part of the range, */
 #define LOOKED_AT LANES
 /* and rings of which nothing is required, as bodies and their shadows may be there. */
 #define LEFT_OUT 2
-/* A beam is saturated where one of these samples is at full scale in three quarters of its rings, until it is in fewer
-   than a quarter. */
-#define SATURATED_RINGS (3 * RINGS / 4)
-#define STILL_RINGS (RINGS / 4)
 /* A beam is raised when it is so far over its gain, dB, until it is less than so far over it. */
 #define RAISED_DB 6.0f
 #define LOWERED_DB 4.0f
-/* While its gain is not known: what no gain is, dB; or so much more than its excess in the loudest rings in the
-   quietest ones, of each a quarter, as what is added makes it, but no gain. */
+/* While its gain is not known: what no gain is, dB. Or its excess in the quietest quarter of the rings is by RAISED_DB
+   more than in the loudest, as what is added makes it, but no gain. */
 #define NO_GAIN_DB 24.0f
-#define ADDED_DB 6.0f
-#define QUARTER (RINGS / 4)
-/* Beams beside a raised one are filled by its side lobes when so far over their gain in the quietest rings, dB, until
-   they are less than so far over it. */
-#define FILLED_DB 3.0f
-#define EMPTIED_DB 1.5f
 /* If more than one in so many beams are raised it is the scene that is loud there: a source is received in few. */
 #define FEW 4
 /* Beams as far as an eighth of them to either side of the loudest of a source hear this much less of it, dB. Where a
    vehicle rolls, many are raised, the more the farther they are to one side. */
 #define BESIDE 8
 #define STANDS_OUT_DB 4.0f
-/* Near an edge, where only one side shows it, it has to be so much. */
-#define STANDS_OUT_AT_EDGE_DB 8.0f
-/* Fewer beams have no level in common. */
-#define FEWEST_BEAMS 8
-/* Time constants of a beam's gain: while it is not raised, and while it is. */
-#define LEARNING_S 10.0
-#define FORGETTING_S 600.0
-/* Steps of the search for a median: it is known to a 2000th of the spread. */
-#define HALVINGS 11
 /* Beams whose samples are fetched before their turn. */
 #define AHEAD 2
 
 enum { HEARS = 0, SATURATED = 2, DROWNED = 4 };
 
-/* Levels of the parts of one plane's beams, dB; (RINGS, beams) each, NaN where nothing is known. */
+/* Levels of the parts of one plane's beams, dB; (rings, beams) each, NaN where nothing is known. */
 typedef struct {
-    int64_t beams;
+    int64_t beams, rings;
     float *excess;  /* over the beams' median */
     float *gain;    /* what that was */
-    float middle[RINGS];
+    float *middle;  /* (rings,) */
     uint8_t *codes; /* (beams,) */
 } Plane;
-
-/* What samples mean. */
-typedef struct {
-    float top;        /* full scale */
-    float db_a_count; /* what a count is worth where counts are logarithms; 0 where they are not */
-    float offset;     /* of a linear count */
-} Meaning;
-
-/* Returns 20 log10 of an amplitude, 0.06 dB off at most. */
-static float db_of(float amplitude)
-{
-    union {
-        float value;
-        uint32_t bits;
-    } x = {amplitude};
-    const float exponent = (float)(int32_t)(x.bits >> 23) - 128.0f;
-    x.bits = (x.bits & 0x7FFFFFu) | 0x3F800000u;
-    return 6.0206f * (exponent + (-0.33582878f * x.value + 2.0f) * x.value - 0.65871759f);
-}
 
 /* Returns the samples of a beam from `begin` on. */
 static inline Lanes lanes_of(Samples frame, int64_t beam, int64_t begin)
@@ -107,43 +69,46 @@ static float look(Samples frame, Missing missing, int64_t beam, int64_t begin, f
 }
 
 /* Turns sums of samples into levels, dB; NaN where too few hold data or there is no level. */
-static void turn_into_levels(float *sums, const float *counts, int64_t size, Meaning meaning)
+static void turn_into_levels(float *sums, const float *counts, int64_t size, Meaning meaning, float offset)
 {
+    const float db_a_count = (float)meaning.db_a_count;
     for (int64_t k = 0; k < size; k++) {
         const float mean = sums[k] / larger_f(counts[k], 1.0f);
-        const float amplitude = mean + meaning.offset, by_count = mean * meaning.db_a_count;
-        const float level = meaning.db_a_count > 0.0f ? by_count : amplitude > 1e-12f ? db_of(amplitude) : NAN;
+        const float amplitude = mean + offset, by_count = mean * db_a_count;
+        const float level = db_a_count > 0.0f ? by_count : amplitude > 1e-12f ? decibels(amplitude) : NAN;
         sums[k] = 2.0f * counts[k] < LOOKED_AT ? NAN : level;
     }
 }
 
-/* Asks for what is looked at of a beam: the cache cannot foresee that. begin (RINGS,): first columns. */
-static void fetch(Samples frame, int64_t beam, const int64_t *begin)
+/* Asks for what is looked at of a beam: the cache cannot foresee that. begin (rings,): first columns. */
+static void fetch(Samples frame, int64_t beam, const int64_t *begin, int64_t rings)
 {
-    for (int64_t r = 0; r < RINGS; r++)
+    for (int64_t r = 0; r < rings; r++)
         __builtin_prefetch(frame.data + beam * frame.row_bytes + begin[r] * sample_bytes(frame.type));
 }
 
-/* Fills the plane's excess with levels, (RINGS, beams), and notes the beams that are saturated. */
+/* Fills the plane's excess with levels, (rings, beams), and notes the beams that are saturated: where one of the samples
+   is at full scale in three quarters of its rings, until it is in fewer than a quarter. */
 static void measure_levels(Samples frame, int64_t row, int64_t first, Missing missing, Meaning meaning, Plane plane)
 {
-    const int64_t samples = frame.samples - first;
-    float *counts = SCRATCH(float, RINGS * plane.beams);
-    int64_t begin[RINGS];
-    for (int64_t r = 0; r < RINGS; r++)
-        begin[r] = first + (2 * r + 1) * samples / (2 * RINGS) - LOOKED_AT / 2;
+    const int64_t samples = frame.samples - first, rings = plane.rings;
+    float *counts = SCRATCH(float, rings * plane.beams);
+    int64_t *begin = SCRATCH(int64_t, rings);
+    for (int64_t r = 0; r < rings; r++)
+        begin[r] = first + (2 * r + 1) * samples / (2 * rings) - LOOKED_AT / 2;
     for (int64_t b = 0; b < plane.beams; b++) {
-        int32_t full_rings = 0;
-        fetch(frame, row + smaller_i(b + AHEAD, plane.beams - 1), begin);
-        for (int64_t r = 0; r < RINGS; r++) {
+        int64_t full_rings = 0;
+        fetch(frame, row + smaller_i(b + AHEAD, plane.beams - 1), begin, rings);
+        for (int64_t r = 0; r < rings; r++) {
             const int64_t cell = r * plane.beams + b;
             const float highest = look(frame, missing, row + b, begin[r], &plane.excess[cell], &counts[cell]);
-            full_rings += highest >= meaning.top;
+            full_rings += highest >= (float)meaning.top;
         }
-        const bool was = plane.codes[b] == SATURATED, is = full_rings >= (was ? STILL_RINGS : SATURATED_RINGS);
+        const bool was = plane.codes[b] == SATURATED, is = 4 * full_rings >= (was ? rings : 3 * rings);
         plane.codes[b] = is ? SATURATED : was ? HEARS : plane.codes[b];
     }
-    turn_into_levels(plane.excess, counts, RINGS * plane.beams, meaning);
+    const bool are_linear_counts = frame.type != 'f' && meaning.db_a_count == 0.0;
+    turn_into_levels(plane.excess, counts, rings * plane.beams, meaning, are_linear_counts ? 0.5f : 0.0f);
 }
 
 /* Fills low and high with the borders of values; lanes, so that it vectorises. */
@@ -174,27 +139,17 @@ static float median_level(const float *level, const uint8_t *codes, int64_t beam
         kept[count] = level[b]; /* the next one takes the place of what does not count */
         count += codes[b] != SATURATED && !isnan(level[b]);
     }
-    if (count < FEWEST_BEAMS)
-        return NAN;
+    if (count < BESIDE)
+        return NAN; /* so few have no level in common */
     find_borders(kept, count, &low, &high);
-    for (int64_t step = 0; step < HALVINGS; step++) {
-        const float at = 0.5f * (low + high);
-        int32_t above = 0;
-        for (int32_t i = 0; i < count; i++)
-            above += kept[i] > at;
-        if (2 * above >= count)
-            low = at;
-        else
-            high = at;
-    }
-    return 0.5f * (low + high);
+    return median_between(low, high, kept, count);
 }
 
 /* Turns the plane's levels into excesses. */
 static void compare(Plane *plane)
 {
     float *kept = SCRATCH(float, plane->beams);
-    for (int64_t r = 0; r < RINGS; r++) {
+    for (int64_t r = 0; r < plane->rings; r++) {
         float *row = plane->excess + r * plane->beams;
         plane->middle[r] = median_level(row, plane->codes, plane->beams, kept);
         for (int64_t b = 0; b < plane->beams; b++)
@@ -203,10 +158,10 @@ static void compare(Plane *plane)
 }
 
 /* Fills order with the rings that are known, the quietest first; returns how many there are. */
-static int64_t by_level(const float *middle, int64_t *order)
+static int64_t by_level(const float *middle, int64_t rings, int64_t *order)
 {
     int64_t count = 0;
-    for (int64_t r = 0; r < RINGS; r++) {
+    for (int64_t r = 0; r < rings; r++) {
         if (isnan(middle[r]))
             continue;
         int64_t k = count++;
@@ -242,7 +197,7 @@ static Rings count_rings(Plane plane)
     float *restrict limit = SCRATCH(float, beams);
     for (int64_t b = 0; b < beams; b++)
         limit[b] = plane.codes[b] == DROWNED ? LOWERED_DB : RAISED_DB;
-    for (int64_t r = 0; r < RINGS; r++) {
+    for (int64_t r = 0; r < plane.rings; r++) {
         const float *restrict excess = plane.excess + r * beams, *restrict gain = plane.gain + r * beams;
         for (int64_t b = 0; b < beams; b++) {
             known[b] += excess[b] == excess[b];
@@ -258,12 +213,13 @@ static Rings count_rings(Plane plane)
 static bool is_raised(Plane plane, Rings counted, int64_t beam, const int64_t *order, int64_t rings)
 {
     const int32_t known = counted.known[beam], enough = known - LEFT_OUT;
-    if (2 * known < RINGS || (counted.over_gain[beam] < enough && counted.over_all[beam] < enough))
+    if (2 * known < plane.rings || (counted.over_gain[beam] < enough && counted.over_all[beam] < enough))
         return false;
     if (counted.over_gain[beam] >= enough || counted.far_over_all[beam] >= enough)
         return true;
-    const float quiet = mean_excess(plane, beam, order, QUARTER, false);
-    return quiet - mean_excess(plane, beam, order + rings - QUARTER, QUARTER, false) >= ADDED_DB;
+    const int64_t quarter = plane.rings / 4;
+    const float quiet = mean_excess(plane, beam, order, quarter, false);
+    return quiet - mean_excess(plane, beam, order + rings - quarter, quarter, false) >= RAISED_DB;
 }
 
 /* Returns by how much more than another beam one is over its gain, dB, in the mean of the rings. */
@@ -271,7 +227,7 @@ static float more_than(Plane plane, int64_t beam, int64_t other)
 {
     float total = 0.0f;
     int32_t count = 0;
-    for (int64_t r = 0; r < RINGS; r++) {
+    for (int64_t r = 0; r < plane.rings; r++) {
         const float *excess = plane.excess + r * plane.beams, *gain = plane.gain + r * plane.beams;
         const float more = excess[beam] - excess[other], gains = gain[beam] - gain[other];
         if (isnan(more))
@@ -282,8 +238,8 @@ static float more_than(Plane plane, int64_t beam, int64_t other)
     return total / (float)count;
 }
 
-/* Whether a raised beam is so more than those to either side; near the fan's edge, more than those to one side lead one
-   to expect. */
+/* Whether a raised beam is so more than those to either side; near the fan's edge, by as much as on both
+   sides together more than those to one side lead one to expect. */
 static bool stands_out(Plane plane, int64_t beam)
 {
     const int64_t aside = larger_i(plane.beams / BESIDE, 2);
@@ -291,15 +247,16 @@ static bool stands_out(Plane plane, int64_t beam)
     if (port && starboard)
         return smaller_f(more_than(plane, beam, beam - aside), more_than(plane, beam, beam + aside)) >= STANDS_OUT_DB;
     const int64_t near = port ? beam - aside : beam + aside, far = port ? near - aside : near + aside;
-    return more_than(plane, beam, near) - larger_f(more_than(plane, near, far), 0.0f) >= STANDS_OUT_AT_EDGE_DB;
+    return more_than(plane, beam, near) - larger_f(more_than(plane, near, far), 0.0f) >= 2.0f * STANDS_OUT_DB;
 }
 
-/* Notes the beams from one beside a raised one on, in steps, that are filled by its side lobes. */
+/* Notes the beams from one beside a raised one on, in steps, that are filled by its side lobes: half as far over their
+   gain in the quietest rings. */
 static void fill_beside(Plane plane, int64_t raised, int64_t step, const int64_t *order, uint8_t *codes)
 {
     for (int64_t b = raised + step; b >= 0 && b < plane.beams && codes[b] == HEARS; b += step) {
-        const float limit = plane.codes[b] == DROWNED ? EMPTIED_DB : FILLED_DB;
-        if (!(mean_excess(plane, b, order, QUARTER, true) >= limit))
+        const float limit = 0.5f * (plane.codes[b] == DROWNED ? LOWERED_DB : RAISED_DB);
+        if (!(mean_excess(plane, b, order, plane.rings / 4, true) >= limit))
             return;
         codes[b] = DROWNED;
     }
@@ -308,12 +265,12 @@ static void fill_beside(Plane plane, int64_t raised, int64_t step, const int64_t
 /* Judges which beams of a plane are drowned by a source. */
 static void find_drowned(Plane plane)
 {
-    int64_t order[RINGS], raised = 0;
+    int64_t *order = SCRATCH(int64_t, plane.rings), raised = 0;
     bool stand_out = false;
-    const int64_t rings = by_level(plane.middle, order);
+    const int64_t rings = by_level(plane.middle, plane.rings, order);
     uint8_t *codes = ZEROS(uint8_t, plane.beams);
     const Rings counted = count_rings(plane);
-    for (int64_t b = 0; b < plane.beams && 2 * rings >= RINGS; b++) {
+    for (int64_t b = 0; b < plane.beams && 2 * rings >= plane.rings; b++) {
         const bool deaf = plane.codes[b] != SATURATED && is_raised(plane, counted, b, order, rings);
         codes[b] = deaf ? DROWNED : plane.codes[b] == SATURATED ? SATURATED : HEARS;
         raised += deaf;
@@ -332,17 +289,16 @@ static void find_drowned(Plane plane)
             plane.codes[b] = is_source ? codes[b] : HEARS;
 }
 
-/* Lets the gains of a plane's beams follow. */
-static void follow_gains(Plane plane, double since_s)
+/* Lets the gains of a plane's beams follow: by such a share while they are not raised, and while they are. */
+static void follow_gains(Plane plane, float learning, float forgetting)
 {
-    const float learning = (float)-expm1(-since_s / LEARNING_S), forgetting = (float)-expm1(-since_s / FORGETTING_S);
     float *restrict rate = SCRATCH(float, plane.beams), *restrict first = SCRATCH(float, plane.beams);
     for (int64_t b = 0; b < plane.beams; b++) {
         const uint8_t code = plane.codes[b];
         rate[b] = code == SATURATED ? NAN : code == DROWNED ? forgetting : learning;
         first[b] = code == SATURATED ? NAN : code == DROWNED ? 0.0f : 1.0f;
     }
-    for (int64_t r = 0; r < RINGS; r++) {
+    for (int64_t r = 0; r < plane.rings; r++) {
         const float *restrict excess = plane.excess + r * plane.beams;
         float *restrict gain = plane.gain + r * plane.beams;
         for (int64_t b = 0; b < plane.beams; b++) {
@@ -355,23 +311,23 @@ static void follow_gains(Plane plane, double since_s)
 /* Judges the beams of a frame from column `first` on, plane by plane; returns whether any is deaf.
    gain (planes, rings, beams of a plane): of the beams in the parts of their range, dB; codes (beams,): as in
    deaf_beams.py, those of the ping before; both follow. */
-KERNEL_BOOL(judge_beams, "rows u1|u2|f4[beams,:] frame, int first, " MISSING ", float top, float db_a_count, float offset, "
-                         "float since_s, out f4[planes,16,per_plane] gain, out u1[beams] codes")
+KERNEL_BOOL(judge_beams, "rows u1|u2|f4[beams,:] frame, int first, " MISSING ", " MEANING ", float since_s, "
+                         "float learning_s, float forgetting_s, out f4[planes,rings,per_plane] gain, out u1[beams] codes")
 {
-    const int64_t first = INT(1), planes = SIZE(7, 0), per_plane = SIZE(7, 2);
+    const int64_t first = INT(1), planes = SIZE(8, 0), rings = SIZE(8, 1), per_plane = SIZE(8, 2);
+    const float learning = (float)-expm1(-FLOAT(5) / FLOAT(6)), forgetting = (float)-expm1(-FLOAT(5) / FLOAT(7));
     const Missing missing = missing_at(&arguments[2], SIZE(0, 0), SIZE(0, 1));
-    const Meaning meaning = {(float)FLOAT(3), (float)FLOAT(4), (float)FLOAT(5)};
-    uint8_t *codes = ARRAY(uint8_t, 8);
+    uint8_t *codes = ARRAY(uint8_t, 9);
     bool any = false;
-    if (first < 0 || SIZE(0, 1) - first < RINGS * LOOKED_AT || planes * per_plane != SIZE(0, 0))
+    if (first < 0 || SIZE(0, 1) - first < rings * LOOKED_AT || planes * per_plane != SIZE(0, 0))
         return false;
     for (int64_t p = 0; p < planes; p++) {
-        Plane plane = {per_plane, SCRATCH(float, RINGS * per_plane), ARRAY(float, 7) + p * RINGS * per_plane, {0.0f},
-                       codes + p * per_plane};
-        measure_levels(SAMPLES(0), p * per_plane, first, missing, meaning, plane);
+        Plane plane = {per_plane, rings, SCRATCH(float, rings * per_plane), ARRAY(float, 8) + p * rings * per_plane,
+                       SCRATCH(float, rings), codes + p * per_plane};
+        measure_levels(SAMPLES(0), p * per_plane, first, missing, MEANING_AT(3), plane);
         compare(&plane);
         find_drowned(plane);
-        follow_gains(plane, FLOAT(6));
+        follow_gains(plane, learning, forgetting);
     }
     for (int64_t b = 0; b < SIZE(0, 0); b++)
         any |= codes[b] != HEARS;

@@ -10,14 +10,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import AnyArray, Bytes, Mask
+from ods.base.arrays import Bytes, Mask
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Ping
-from ods.pipeline.image.samples.amplitude import FULL_SCALE, db_a_count
+from ods.pipeline.image.samples.recorded import Frame
 
 RINGS = 16
 """Parts of the range."""
+LEARNING_S, FORGETTING_S = 10.0, 600.0
+"""Time constants of what is usual: while nothing is wrong, and while something is."""
 
 
 class DeafBeams(NamedTuple):
@@ -26,22 +28,21 @@ class DeafBeams(NamedTuple):
     codes: Bytes
     """(beams,) uint8 as of `sight.WHYS`: 0 receives, 2 saturated, 4 a source."""
     any: bool
-
-
-ALL_HEAR = DeafBeams(np.zeros(0, np.uint8), False)
+    missing: Mask
+    """(beams, samples) what is missing, as by `no_data`, with all of these beams."""
 
 
 class BeamJudge:
     """Judges ping after ping."""
 
     def __init__(self) -> None:
-        self._gain = np.full((1, RINGS, 0), np.nan, np.float32)
+        self._gain = np.zeros((0, RINGS, 0), np.float32)
         self._codes = np.zeros(0, np.uint8)
         self._setting: tuple[object, ...] = ()
         self._t_ns = 0
 
-    def judge(self, ping: Ping, frame: AnyArray, first: int, missing: Mask) -> DeafBeams:
-        """Return which beams say nothing; frame (beams, samples) from column `first` on, missing as by `no_data`."""
+    def judge(self, ping: Ping, frame: Frame, first: int) -> DeafBeams:
+        """Return which beams say nothing, from column `first` on."""
         setting = (
             ping.beams, ping.planes, ping.samples, ping.dr_m, ping.dtype, ping.scale, ping.scale_factor,
             ping.frequency_hz, ping.setting,
@@ -51,17 +52,11 @@ class BeamJudge:
             self._codes = np.zeros(ping.beams, np.uint8)
             self._setting = setting
         since_s, self._t_ns = max(ping.t_ns - self._t_ns, 0) / NS, ping.t_ns
-        offset = 0.5 if ping.scale == "linear" and ping.dtype != "f4" else 0.0
-        deaf = native.judge_beams(
-            frame, first, missing, FULL_SCALE[ping.dtype], db_a_count(ping), offset, since_s, self._gain, self._codes
-        )
-        return DeafBeams(self._codes, deaf)
-
-
-def without(missing: Mask, deaf: DeafBeams, samples: int) -> Mask:
-    """Return what is missing, (beams, samples) as by `no_data`, with all of the beams that say nothing."""
-    if not deaf.any:
-        return missing
-    more = missing.copy() if missing.size else np.zeros((len(deaf.codes), samples), np.bool_)
-    more[deaf.codes > 0] = True
-    return more
+        samples, scale, missing, _ = frame
+        times_s = since_s, LEARNING_S, FORGETTING_S
+        meaning = scale.top, scale.db_a_count
+        if not native.judge_beams(samples, first, missing, meaning, times_s, self._gain, self._codes):
+            return DeafBeams(self._codes, False, missing)
+        more = missing.copy() if missing.size else np.zeros(samples.shape, np.bool_)
+        more[self._codes > 0] = True
+        return DeafBeams(self._codes, True, more)

@@ -2,47 +2,30 @@
 
 #include "ods/pipeline/measure/echo.h"
 
-/* An arrival is one of a train when it is so near to its place, s. */
+/* An arrival is one of a train, and a place one of a line, when it is so near to it, s. */
 #define TOLERANCE_S 0.35e-3
-/* Periods, s, that are sought. */
-#define SHORTEST_S 0.02
+/* The longest period, s, that is sought. */
 #define LONGEST_S 1.0
 /* A train has so many arrivals, in so many pings, so large a share of those that were to be received, and so large a share
    of all that came since the first: others are there by chance. */
 #define FEWEST 5
-/* A line has so many: pulses whose period is near our own or a fraction of it, of which one a ping is loud enough, or
-   a body. */
-#define FEWEST_OF_LINE 3
+/* Of a line, which has one a ping, so many: pulses whose period is near our own or a fraction of it, of which one a ping
+   is loud enough, or a body. */
 #define FEWEST_PINGS 3
 #define HEARD_SHARE 0.7
 #define OWN_SHARE 0.45
-/* A body is no train: one place a ping, on a line over time to so many seconds of arrival, no faster than this share of
-   the speed of sound there and back (15 m/s). */
-#define LINE_S 0.3e-3
+/* A body is no train: one place a ping, on a line over time, no faster than this share of the speed of sound there and
+   back (15 m/s). */
 #define FASTEST 0.02
 
-/* Pings that are remembered, with the echoes of each that had no forerunner: so many of the loudest. */
-#define PINGS 12
-#define MOST_NEW 64
-/* Of these so many of the loudest are sought trains of, in each ping: a train that lasts is found a ping later. */
-#define MOST_SOUGHT 4
 /* Arrivals in one direction that are held against a period. */
 #define MOST_ARRIVALS 24
-#define MOST_TRAINS 8
-/* Echoes of the ping before that are remembered. */
-#define MOST_BEFORE 256
 /* So near in bearing, beside the echoes' own widths, are those of one source. */
 #define SAME_RAD 0.07
 /* What moves no faster than this has a forerunner, m/s. */
 #define SLOW 3.0
 /* Pulses of sonars are no longer than this, in range, m. */
 #define LONGEST_M 2.0
-/* An echo that arrives so near to a pulse's instant is the pulse. */
-#define NEAR_S 0.4e-3
-/* A train that was not received for so long is forgotten. */
-#define FORGOTTEN_S 2.0
-/* A train follows what is received as a line through its arrivals, of at most so many. */
-#define MOST_FOLLOWED 12.0
 
 /* Times are since a fixed instant. */
 typedef struct {
@@ -69,16 +52,20 @@ typedef struct {
 /* What is remembered of the pings before: `PulseMemory` of pulses.py. */
 typedef struct {
     int64_t *looks, *trains, *before;
-    Look *look;        /* (PINGS,), the newest last */
-    Arrival *arrivals; /* (PINGS, MOST_NEW) */
-    Train *train;      /* (MOST_TRAINS,) */
-    Place *place;      /* (MOST_BEFORE,) */
+    Look *look;        /* (pings,), the newest last */
+    Arrival *arrivals; /* (pings, most_new): of each ping those that had no forerunner, the loudest */
+    Train *train;      /* (most_trains,) */
+    Place *place;      /* (most_before,) */
+    int64_t pings, most_new, most_before;
 } Memory;
 
-#define MEMORY "out i8[3] counts, out f8[12,3] looks, out f8[12,64,3] arrivals, out f8[8,6] trains, out f8[256,3] places"
+#define MEMORY                                                                                                          \
+    "out i8[3] counts, out f8[pings,3] looks, out f8[pings,most_new,3] arrivals, out f8[most_trains,6] trains, "         \
+    "out f8[most_before,3] places"
 #define MEMORY_AT(k)                                                                                                    \
     ((Memory){ARRAY(int64_t, k), ARRAY(int64_t, k) + 1, ARRAY(int64_t, k) + 2, ARRAY(Look, (k) + 1),                     \
-              ARRAY(Arrival, (k) + 2), ARRAY(Train, (k) + 3), ARRAY(Place, (k) + 4)})
+              ARRAY(Arrival, (k) + 2), ARRAY(Train, (k) + 3), ARRAY(Place, (k) + 4), SIZE((k) + 2, 0), SIZE((k) + 2, 1),  \
+              SIZE((k) + 4, 0)})
 
 /* Arrivals from one direction, in order of time. */
 typedef struct {
@@ -153,7 +140,7 @@ static bool is_line(const Received *received, const Places *places)
         const double sent_s = received->look[received->ping[k]].begin_s;
         squares += square(received->at_s[k] - sent_s - (y - slope * x) / n - slope * (sent_s - begun_s));
     }
-    return fabs(slope) <= FASTEST && squares <= n * square(LINE_S);
+    return fabs(slope) <= FASTEST && squares <= n * square(TOLERANCE_S);
 }
 
 /* Returns how many of what was received, so much later each than a pulse, s, may be pulses of a period. Float32 will do,
@@ -175,7 +162,7 @@ static Guess judged(const Received *received, Guess guess)
     int64_t since = 0;
     const Places places = places_of(received, guess);
     guess.line = places.one_a_ping && is_line(received, &places);
-    if (places.count < (guess.line ? FEWEST_OF_LINE : FEWEST) || places.pings < FEWEST_PINGS)
+    if (places.count < (guess.line ? FEWEST_PINGS : FEWEST) || places.pings < FEWEST_PINGS)
         return guess;
     const int64_t first = received->ping[places.kept[0]];
     if ((double)places.count < HEARD_SHARE * expected(received, guess, first))
@@ -211,16 +198,16 @@ static bool is_better(Guess a, Guess b)
 }
 
 /* Returns the train that explains most arrivals, the one at `at_s` among them, or else a line; none has `matched` 0. */
-static Guess find_train(const Received *received, double at_s)
+static Guess find_train(const Received *received, double at_s, double shortest_s)
 {
     Guess best = {.line = true};
     float later_s[MOST_ARRIVALS];
     for (int64_t i = 0; i < received->count; i++)
         later_s[i] = (float)(received->at_s[i] - at_s);
-    for (int64_t i = 0; i < received->count && received->count >= FEWEST_OF_LINE; i++) {
+    for (int64_t i = 0; i < received->count && received->count >= FEWEST_PINGS; i++) {
         const double apart_s = fabs(at_s - received->at_s[i]);
-        for (double n = larger(1.0, ceil(apart_s / LONGEST_S)); apart_s / n >= SHORTEST_S; n += 1.0) {
-            if (count_near(later_s, received->count, apart_s / n) < FEWEST_OF_LINE)
+        for (double n = larger(1.0, ceil(apart_s / LONGEST_S)); apart_s / n >= shortest_s; n += 1.0) {
+            if (count_near(later_s, received->count, apart_s / n) < FEWEST_PINGS)
                 continue;
             const Guess guess = judged(received, (Guess){apart_s / n, at_s, 0, false});
             if (is_better(guess, best))
@@ -236,7 +223,7 @@ static Received heard_from(Memory memory, Arrival arrival)
     Received received = {.look = memory.look, .pings = *memory.looks};
     for (int64_t p = received.pings - 1; p >= 0; p--)
         for (int64_t k = 0; k < (int64_t)memory.look[p].count && received.count < MOST_ARRIVALS; k++) {
-            const Arrival other = memory.arrivals[p * MOST_NEW + k];
+            const Arrival other = memory.arrivals[p * memory.most_new + k];
             const double beside_rad = arrival.half_width_rad + other.half_width_rad;
             if (!(fabs(arrival.bearing_rad - other.bearing_rad) <= SAME_RAD + beside_rad))
                 continue;
@@ -255,7 +242,7 @@ static bool is_pulse_of(Train train, Arrival arrival)
     if (!(fabs(arrival.bearing_rad - train.bearing_rad) <= SAME_RAD + arrival.half_width_rad))
         return false;
     const double steps = (arrival.at_s - train.at_s) / train.period_s;
-    return fabs(steps - rint(steps)) * train.period_s <= NEAR_S;
+    return fabs(steps - rint(steps)) * train.period_s <= TOLERANCE_S;
 }
 
 static bool is_pulse(Memory memory, Arrival arrival)
@@ -266,7 +253,7 @@ static bool is_pulse(Memory memory, Arrival arrival)
     return false;
 }
 
-/* Lets the trains follow an arrival that is theirs. */
+/* Lets the trains follow an arrival that is theirs, as a line through the last ones, as many as pings are remembered. */
 static void follow(Memory memory, Arrival arrival, double now_s)
 {
     for (int64_t t = 0; t < *memory.trains; t++) {
@@ -275,7 +262,7 @@ static void follow(Memory memory, Arrival arrival, double now_s)
             continue;
         const double steps = rint((arrival.at_s - train->at_s) / train->period_s);
         const double error_s = arrival.at_s - train->at_s - steps * train->period_s;
-        const double n = train->arrivals = smaller(train->arrivals + 1.0, MOST_FOLLOWED), all = n * (n + 1.0);
+        const double n = train->arrivals = smaller(train->arrivals + 1.0, (double)memory.pings), all = n * (n + 1.0);
         train->at_s += steps * train->period_s + (4.0 * n - 2.0) / all * error_s;
         train->period_s += 6.0 / all * error_s / larger(steps, 1.0);
         train->bearing_rad = arrival.bearing_rad;
@@ -283,11 +270,12 @@ static void follow(Memory memory, Arrival arrival, double now_s)
     }
 }
 
-static void forget_trains(Memory memory, double now_s)
+/* Forgets the trains that were not received for so long. */
+static void forget_trains(Memory memory, double now_s, double longest_s)
 {
     int64_t left = 0;
     for (int64_t t = 0; t < *memory.trains; t++)
-        if (now_s - memory.train[t].received_s < FORGOTTEN_S)
+        if (now_s - memory.train[t].received_s < longest_s)
             memory.train[left++] = memory.train[t];
     *memory.trains = left;
 }
@@ -295,9 +283,10 @@ static void forget_trains(Memory memory, double now_s)
 /* Begins the next ping; returns it. */
 static Look *next_look(Memory memory, double begin_s, double end_s)
 {
-    if (*memory.looks == PINGS) {
-        memmove(memory.look, memory.look + 1, (PINGS - 1) * sizeof(Look));
-        memmove(memory.arrivals, memory.arrivals + MOST_NEW, (PINGS - 1) * MOST_NEW * sizeof(Arrival));
+    if (*memory.looks == memory.pings) {
+        const size_t kept = (size_t)memory.pings - 1;
+        memmove(memory.look, memory.look + 1, kept * sizeof(Look));
+        memmove(memory.arrivals, memory.arrivals + memory.most_new, kept * (size_t)memory.most_new * sizeof(Arrival));
         --*memory.looks;
     }
     Look *look = &memory.look[(*memory.looks)++];
@@ -331,13 +320,13 @@ static Arrival arrival_of(const Echo *echo, Ping ping)
 /* Fills new with the echoes that may be pulses, the loudest first; returns how many there are. */
 static int64_t find_new(Memory memory, const Echo *echoes, int64_t count, double reach_m, Ping ping, Arrival *new)
 {
-    double snr_db[MOST_NEW];
+    double *snr_db = SCRATCH(double, memory.most_new);
     int64_t found = 0;
     for (int64_t k = 0; k < count; k++) {
-        const bool fits = found < MOST_NEW || echoes[k].snr_db > snr_db[found - 1];
+        const bool fits = found < memory.most_new || echoes[k].snr_db > snr_db[found - 1];
         if (!fits || echoes[k].range_extent_m > LONGEST_M || !is_new(memory, &echoes[k], reach_m))
             continue;
-        int64_t place = found < MOST_NEW ? found++ : found - 1;
+        int64_t place = found < memory.most_new ? found++ : found - 1;
         for (; place > 0 && snr_db[place - 1] < echoes[k].snr_db; place--) {
             snr_db[place] = snr_db[place - 1];
             new[place] = new[place - 1];
@@ -350,25 +339,27 @@ static int64_t find_new(Memory memory, const Echo *echoes, int64_t count, double
 
 static void remember(Memory memory, const Echo *echoes, int64_t count)
 {
-    *memory.before = smaller_i(count, MOST_BEFORE);
+    *memory.before = smaller_i(count, memory.most_before);
     for (int64_t k = 0; k < *memory.before; k++)
         memory.place[k] = (Place){echoes[k].near_m, echoes[k].bearing_rad, 0.5 * echoes[k].bearing_extent_rad};
 }
 
-/* Looks for trains that new echoes are part of, the loudest first; fills them in, and returns how many there are. */
-static int64_t seek_trains(Memory memory, Look *look, const Arrival *new, int64_t count, Train *found)
+/* Looks for trains that new echoes are part of; fills them in, and returns how many there are. Only of `most` of the
+   loudest ones: a train that lasts is found a ping later. */
+static int64_t seek_trains(Memory memory, Look *look, const Arrival *new, int64_t count, double shortest_s, int64_t most,
+                           Train *found)
 {
-    Arrival *kept = memory.arrivals + (look - memory.look) * MOST_NEW;
+    Arrival *kept = memory.arrivals + (look - memory.look) * memory.most_new;
     int64_t sought = 0, left = 0, trains = 0;
     for (int64_t k = 0; k < count; k++) {
         if (is_pulse(memory, new[k]))
             continue;
         kept[left++] = new[k];
         look->count = (double)left;
-        if (sought++ >= MOST_SOUGHT)
+        if (sought++ >= most)
             continue;
         const Received received = heard_from(memory, new[k]);
-        const Guess guess = find_train(&received, new[k].at_s);
+        const Guess guess = find_train(&received, new[k].at_s, shortest_s);
         if (guess.matched > 0)
             found[trains++] = (Train){guess.period_s, guess.at_s, new[k].bearing_rad, look->end_s,
                                       guess.line ? 0.0 : 1.0, (double)guess.matched};
@@ -385,22 +376,23 @@ static int64_t mark(Memory memory, const Echo *echoes, int64_t count, Ping ping,
 }
 
 /* Lets trains follow a ping's echoes, and looks for others; returns how many it filled in. sent_s: when it
-   was sent, s since a fixed instant; s_a_m: of time a metre of range; since_s: since the ping before. */
-KERNEL_INT(find_pulses, ECHO "[found] echoes, float sent_s, float s_a_m, float near_m, float far_m, float since_s, " MEMORY
-                             ", out f8[4,6] found")
+   was sent, s since a fixed instant; s_a_m: of time a metre of range; since_s: since the ping before; shortest_s: the shortest
+   period that is sought. */
+KERNEL_INT(find_pulses, ECHO "[found] echoes, float sent_s, float s_a_m, float near_m, float far_m, float since_s, "
+                             "float shortest_s, float longest_gap_s, " MEMORY ", out f8[most_found,6] found")
 {
     const Echo *echoes = ARRAY(const Echo, 0);
     const int64_t count = SIZE(0, 0);
     const Ping ping = {FLOAT(1), FLOAT(2)};
-    const Memory memory = MEMORY_AT(6);
+    const Memory memory = MEMORY_AT(8);
     Look *look = next_look(memory, ping.sent_s + FLOAT(3) * ping.s_a_m, ping.sent_s + FLOAT(4) * ping.s_a_m);
-    Arrival new[MOST_NEW];
+    Arrival *new = SCRATCH(Arrival, memory.most_new);
     const int64_t of_new = find_new(memory, echoes, count, SLOW * FLOAT(5), ping, new);
     remember(memory, echoes, count);
     for (int64_t k = 0; k < count && *memory.trains > 0; k++)
         follow(memory, arrival_of(&echoes[k], ping), look->end_s);
-    forget_trains(memory, look->end_s);
-    return seek_trains(memory, look, new, of_new, ARRAY(Train, 11));
+    forget_trains(memory, look->end_s, FLOAT(7));
+    return seek_trains(memory, look, new, of_new, FLOAT(6), SIZE(13, 0), ARRAY(Train, 13));
 }
 
 /* Marks which echoes of a ping, and which of its faint ones, are pulses; returns how many. */

@@ -17,16 +17,12 @@ from ods.base.arrays import AnyArray, Floats, Ints, Mask
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Ping, UnseenPart
-from ods.pipeline.interference.buried_pulses import BuriedPulses
+from ods.pipeline.interference.buried_pulses import SHORTEST_S, BuriedPulses, Train
 from ods.pipeline.measure.echoes import EchoTable
 
-GAP_S = 3.0
-"""Length of a pause, s, after which all is forgotten."""
+GAP_S = 2.0
+"""Length of a pause, s, after which all is forgotten, and a train that was not received for so long."""
 MARGIN_M = 0.1
-TRAINS = 1
-"""Place in the counts."""
-HEARD_S, BURIED, ARRIVALS = 3, 4, 5
-"""Columns of the trains: `Train`."""
 
 
 class PulseMemory(NamedTuple):
@@ -37,7 +33,7 @@ class PulseMemory(NamedTuple):
     pings: Floats
     arrivals: Floats
     trains: Floats
-    """(8, 6) the first column is the period, s."""
+    """Rows of `Train`."""
     places: Floats
 
 
@@ -77,29 +73,33 @@ class PulseFinder:
         near_m, far_m = max(ping.range0_m, 0.0), ping.range0_m + ping.samples * ping.dr_m
         sent = (ping.t_ns - self._begun_ns) / NS, 2.0 / ping.sound_speed
         self._buried.add(ping, frame, sent[0])
-        found = native.find_pulses(echoes, sent, near_m, far_m, since_s, self._memory, self._found)
-        self._listen(self._found[:found], sent[0])
-        if not native.mark_pulses(echoes, faint, sent, self._memory, pulses.of_echoes, pulses.of_faint):
+        found = native.find_pulses(echoes, sent, near_m, far_m, since_s, SHORTEST_S, GAP_S, self._memory, self._found)
+        if found or self._memory.counts[1]:
+            self._listen([Train(*row) for row in self._found[:found].tolist()], sent[0])
+        if not self._memory.counts[1] or not native.mark_pulses(
+            echoes, faint, sent, self._memory, pulses.of_echoes, pulses.of_faint
+        ):
             return pulses
-        parts = [_part(row, near_m) for table, marks in ((echoes, pulses.of_echoes), (faint, pulses.of_faint))
-                 for row in table[marks]]  # fmt: skip
-        periods = ", ".join(f"{1e3 * period_s:.1f} ms" for period_s in self._trains[:, 0])
+        parts = [_part(row, near_m) for table, own in ((echoes, pulses.of_echoes), (faint, pulses.of_faint))
+                 for row in table[own]]  # fmt: skip
+        periods = ", ".join(f"{1e3 * period_s:.1f} ms" for period_s, *_ in self._trains)
         return pulses._replace(parts=parts, why=f"another sonar's pulses, each {periods}")
 
     @property
-    def _trains(self) -> Floats:
-        return self._memory.trains[: self._memory.counts[TRAINS]]
+    def _trains(self) -> list[Train]:
+        return [Train(*row) for row in self._memory.trains[: self._memory.counts[1]].tolist()]
 
-    def _listen(self, found: Floats, now_s: float) -> None:
-        """Listen for pulses that are buried, of known trains and of those that were found, (n, 6), and keep a train."""
-        for row in self._trains:
-            if row[BURIED] > 1 and self._buried.are_received(row):
-                row[HEARD_S] = now_s
-        for row in found:
-            count = max(self._buried.a_period(row), row[BURIED])
-            if count > 0 and self._memory.counts[TRAINS] < len(self._memory.trains):
-                self._memory.counts[TRAINS] += 1
-                self._trains[-1] = row[0] / count, *row[1:BURIED], count, row[ARRIVALS]
+    def _listen(self, found: list[Train], now_s: float) -> None:
+        """Listen for pulses that are buried, of known trains and of those that were found, and keep a train."""
+        known = self._trains
+        for place, train in enumerate(known):
+            if train.buried > 1.0 and self._buried.are_received(train):
+                self._memory.trains[place] = train._replace(received_s=now_s)
+        for train in found:
+            count = max(self._buried.a_period(train), train.buried)
+            if count > 0.0 and len(known) < len(self._memory.trains):
+                self._memory.trains[len(known)] = train._replace(period_s=train.period_s / count, buried=count)
+                self._memory.counts[1] += 1
                 return
 
 

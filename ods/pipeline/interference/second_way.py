@@ -14,7 +14,6 @@ from ods.base.arrays import Floats, Indices
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Ping
-from ods.pipeline.image.samples.amplitude import db_a_count
 from ods.pipeline.measure.echoes import EchoTable
 
 STEP_M, STEPS = 0.25, 160
@@ -35,16 +34,16 @@ class SecondWays:
         self._weaker_db = np.zeros(STEPS)
         self._t_ns = 0
 
-    def of(self, ping: Ping, echoes: EchoTable, faint: EchoTable, from_db: float) -> list[float]:
+    def of(self, ping: Ping, db_a_count: float, echoes: EchoTable, faint: EchoTable, from_db: float) -> list[float]:
         """Return the excess lengths, m of range, of the paths by which objects appear a second time.
 
-        from_db: from how much over the local tail on an echo is received.
+        db_a_count: see `SampleScale`; from_db: from how much over the local tail on an echo is received.
         """
         since_s, self._t_ns = (ping.t_ns - self._t_ns) / NS, ping.t_ns
         rise, fall, idle = (-math.expm1(-min(max(since_s, 0.0), 1.0) / each) for each in (RISE_S, FALL_S, FORGET_S))
         far_m = ping.range0_m + ping.samples * ping.dr_m
         most = native.vote_for_ways(
-            echoes, faint, db_a_count(ping), far_m, from_db, STEP_M, rise, fall, idle, self._reported,
+            echoes, faint, db_a_count, far_m, from_db, STEP_M, rise, fall, idle, self._reported,
             self._votes, self._weaker_db,
         )  # fmt: skip
         if most <= END:

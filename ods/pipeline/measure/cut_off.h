@@ -10,8 +10,6 @@
 
 /* Standard deviation of the place of an object of which a part is hidden. */
 #define HIDDEN_M 5.0
-/* Likewise along the range, at most: what is cut beside shows its near edge. */
-#define DEEPER_M 2.5
 /* Likewise along the range: of what the first or last range cuts off a middle is seen. */
 #define BEHIND_M 1.5
 
@@ -49,10 +47,10 @@ static inline bool is_cut_in_range(const Region *region)
 /* Widens the standard deviations of an echo that is cut off beside, in range, or both.
 
    How far the object goes on nobody knows, and the error stays the same from ping to ping. What is cut beside shows
-   its nearest point or one not much farther; of what is cut in range the middle is seen. */
+   its nearest point or one not much farther, so half as much at most along the range; of what is cut in range the middle is seen. */
 static inline void widen(Echo *echo, bool beside, bool in_range)
 {
-    echo->sigma_range_m = distance_of(echo->sigma_range_m, in_range ? BEHIND_M : smaller(echo->radius_m, DEEPER_M));
+    echo->sigma_range_m = distance_of(echo->sigma_range_m, in_range ? BEHIND_M : smaller(echo->radius_m, 0.5 * HIDDEN_M));
     if (beside)
         echo->sigma_bearing_rad = distance_of(echo->sigma_bearing_rad, HIDDEN_M / larger(HIDDEN_M, echo->range_m));
     echo->sigma_radius_m = distance_of(echo->sigma_radius_m, HIDDEN_M);

@@ -68,7 +68,8 @@ static double contrast_of(const Region *region, double peak)
 }
 
 /* Fills in levels, extents, near edge and circle of an echo, and features: how well the circle is known. */
-static Doubt measure_one(const Region *region, Speckle speckle, const FanTable *fan, Echo *echo, double *features)
+static Doubt measure_one(const Region *region, Speckle speckle, const FanTable *fan, Echo *echo, double *features,
+                         int64_t of_features)
 {
     double *beam = ZEROS(double, region->high - region->low + 1);
     const Ends ends = {SCRATCH(double, region->count), SCRATCH(double, region->count)};
@@ -86,7 +87,7 @@ static Doubt measure_one(const Region *region, Speckle speckle, const FanTable *
     echo->elevation_rad = fan->elevation_rad;
     echo->half_length_m = outline.half_length_m, echo->half_width_m = outline.half_width_m;
     echo->axis_rad = outline.axis_rad;
-    find_features(echo, &depth, &shape, speckle.point * fan->dr_m, fan->dr_m, features);
+    find_features(echo, &depth, &shape, speckle.point * fan->dr_m, fan->dr_m, features, of_features);
     return (Doubt){depth.hidden_m, shape.beside_m};
 }
 
@@ -126,7 +127,7 @@ static double sum_of(const Echo *echo)
    circles are known; both are zero before. Returns the width of a point, columns; NaN where an echo has numbers that are
    not finite. */
 KERNEL_FLOAT(measure_echoes, "f4[beams,columns] image, r16[runs] runs, float background, " RECORDED ", " FAN_TABLE ", "
-                             LAWS ", out " ECHO "[echoes] echoes, out f8[echoes,15] features")
+                             LAWS ", out " ECHO "[echoes] echoes, out f8[echoes,features] features")
 {
     const double background = FLOAT(2);
     Region region = {.image = ARRAY(const float, 0), .beams = SIZE(0, 0), .columns = SIZE(0, 1)};
@@ -134,11 +135,15 @@ KERNEL_FLOAT(measure_echoes, "f4[beams,columns] image, r16[runs] runs, float bac
                              width_of_response(region.image, region.beams, region.columns, background)};
     const Run *runs = ARRAY(const Run, 1), *end = runs + SIZE(1, 0);
     const Recorded recorded = recorded_at(arguments += 3);
-    const FanTable fan = fan_table_at(arguments += RECORDED_ARGUMENTS);
-    const Laws laws = laws_at(arguments += FAN_TABLE_ARGUMENTS);
-    Echo *echo = (Echo *)(arguments += LAWS_ARGUMENTS)->data;
+    const FanTable fan = fan_table_at(arguments += arguments_of(RECORDED));
+    const Laws laws = laws_at(arguments += arguments_of(FAN_TABLE));
+    const Argument *laws_first = arguments;
+    Echo *echo = (Echo *)(arguments += arguments_of(LAWS))->data;
     double *features = ARRAY(double, 1), sum = 0.0;
-    for (int64_t k = 0; k < SIZE(0, 0); k++, echo++, features += FEATURES) {
+    const int64_t of_features = SIZE(1, 1);
+    if (!fits(laws.sigmas, laws_first, of_features) || !fits(laws.range, laws_first + 2, of_features))
+        return NAN;
+    for (int64_t k = 0; k < SIZE(0, 0); k++, echo++, features += of_features) {
         region.runs = runs;
         while (runs < end && runs->region == k + 1)
             runs++;
@@ -146,7 +151,7 @@ KERNEL_FLOAT(measure_echoes, "f4[beams,columns] image, r16[runs] runs, float bac
         fetch(&region, recorded, runs, end);
         if (!is_within(&region))
             continue;
-        const Doubt doubt = measure_one(&region, speckle, &fan, echo, features);
+        const Doubt doubt = measure_one(&region, speckle, &fan, echo, features, of_features);
         const double point_m = speckle.point * fan.dr_m;
         claim(sigmas_of_features(features, &laws, point_m, doubt.beside_m, echo->range_m, fan.dr_m), doubt, echo);
         finish(&region, recorded, speckle.response, echo);

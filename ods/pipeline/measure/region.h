@@ -7,6 +7,9 @@
 #include "ods/pipeline/image/fan.h"
 #include "ods/pipeline/image/regions.h"
 
+/* Full width at half its level of a Gaussian in units of its standard deviation. */
+#define FULL_WIDTH sqrt(log(256.0))
+
 typedef struct {
     const float *image; /* (beams, columns) */
     int64_t beams, columns;

@@ -55,7 +55,7 @@ static double root(double ratio)
     double q = 1.0;
     for (int k = 0; k < 8; k++)
         q -= (1.0 + q * (1.0 + q * (1.0 + q)) - ratio) / (1.0 + q * (2.0 + 3.0 * q));
-    return q;
+    return larger(q, 0.0);
 }
 
 /* Returns the value of which `rank` others are smaller; the values change places (C. A. R. Hoare, Commun. ACM 4(7),
@@ -95,6 +95,6 @@ double width_of_response(const float *image, int64_t beams, int64_t columns, dou
     if (count == 0)
         return 0.0;
     const double measured = ranked(ratios, count, (int64_t)(LEAST_SHARE * (double)count));
-    const double shared = root(smaller(WIDEST, larger(NARROWEST, measured)));
+    const double shared = root(smaller(WIDEST, larger(1.0, measured)));
     return larger(LEAST_POINT, FULL_WIDTH * 0.5 / sqrt(-log(shared)));
 }

@@ -3,7 +3,7 @@
 #ifndef ODS_RESPONSE_H
 #define ODS_RESPONSE_H
 
-#include "kernel.h"
+#include "ods/pipeline/measure/region.h"
 
 /* Neighbouring cells that are compared. */
 #define PAIRS 2048
@@ -13,10 +13,7 @@
 #define LEAST_POINT 1.0
 /* Of speckle, in units of the square of the background: of a mean over 200 cells it is more. */
 #define LEAST_VARIANCE 1e-3
-/* Width at half its level of a Gaussian in units of its standard deviation. */
-#define FULL_WIDTH 2.3548
-/* What two columns' distance adds to one column's: 1 for white speckle, 4 for what is smooth. */
-#define NARROWEST 1.05
+/* The most that two columns' distance adds to one column's: 1 for white speckle, 4 for what is smooth. */
 #define WIDEST 3.99
 /* Beams and columns, and of such stretches */
 #define EVERY_BEAM 6

@@ -1,16 +1,16 @@
 """The stages of a chain that make images of images, prepared for one geometry."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from ods.base.arrays import Image
-from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.gained_image import GainedImage, applied
+from ods.pipeline.image.gained_image import DoubleBuffer, GainedImage, applied
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.params import NotANumberError
-from ods.pipeline.stage.step import PingContext
+from ods.pipeline.stage.step import PingContext, StageKind
 from ods.pipeline.stage.watch import RECORDED, StageImage, Watch
 
 
@@ -24,25 +24,43 @@ class FilterChain:
         self.buffers = buffers
         self._fan = fan
         self._watch = watch
-        self._steps = [(stage, stage.step(fan)) for stage in stages]
+        self._steps = [(entry.label, entry.name, entry.stage.kind, entry.prepared(fan)) for entry in stages]
 
     def run(self, image: GainedImage, ping: PingContext, *, check: bool = False) -> Image:
         """Return what the stages make of an image, (beams, samples); the next call reuses it.
 
         Raises StageError; with `check` also for the first stage whose image is not finite.
         """
-        self._show(RECORDED, image)
-        for stage, step in self._steps:
+        if self._watch:
+            self._watch(StageImage(RECORDED, applied(image), self._fan))
+        for label, name, kind, step in self._steps:
             try:
-                image = step(image, ping, self.buffers)
+                image = result_of(kind, step, image, ping, self.buffers)
                 if check and not np.isfinite(applied(image)).all():
                     raise NotANumberError
             except Exception as error:
-                raise blamed(stage.label, error) from error
-            self._show(stage.name, image)
+                raise blamed(label, error) from error
+            if self._watch:
+                self._watch(StageImage(name, applied(image), self._fan))
         self.buffers.apply(image)
         return self.buffers.front
 
-    def _show(self, label: str, image: GainedImage) -> None:
-        if self._watch:
-            self._watch(StageImage(label, applied(image), self._fan))
+
+def result_of(kind: StageKind, step: Any, image: GainedImage, ping: PingContext, buffers: DoubleBuffer) -> GainedImage:
+    """Return what a step of this kind makes of an image, which lies in the front buffer or is a recorded one.
+
+    What a step writes, it writes to the back buffer, which then is the front one.
+    """
+    if kind == "gain":
+        varies_with_beam = image.gain.shape[0] > 1
+        changed: GainedImage = step(buffers.apply(image) if varies_with_beam else image)
+        return changed
+    if kind == "gained image":
+        step(image, buffers.back)
+        return buffers.flip()
+    buffers.apply(image)
+    if kind == "image":
+        step(buffers.front, buffers.back)
+    else:
+        step(buffers.front, buffers.back, ping)
+    return buffers.flip()

@@ -11,7 +11,7 @@ import numpy as np
 from ods.base.arrays import SAMPLE_DTYPES, Floats
 from ods.messages import Ping, Sector
 from ods.pipeline.image.fan import Fan, beam_borders
-from ods.pipeline.image.image_layout import ALL, MAX_RANGE, ImageLayout, layout, rings_of, scheduled
+from ods.pipeline.image.image_layout import MAX_RANGE, ImageLayout, layout, rings_of, scheduled
 from ods.pipeline.image.samples.amplitude import SampleScale, sample_scale
 from ods.pipeline.settings import PipelineSettings
 
@@ -91,7 +91,7 @@ def make_plan(ping: Ping, settings: PipelineSettings, *, over_pings: bool = Fals
         settings=settings,
         images=images,
         phases=len(phases),
-        processed_ranges_m=[[] if phases == [[ALL]] else [(ring.from_m, min(ring.to_m, MAX_RANGE)) for ring in rings]
+        processed_ranges_m=[[] if len(phases) == 1 else [(ring.from_m, min(ring.to_m, MAX_RANGE)) for ring in rings]
                 for rings in phases],
         first=first,
         sector=_sector(fans, math.radians(settings.vertical_half_deg)),

@@ -6,36 +6,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import AnyArray, Image, Mask
+from ods.base.arrays import Image
+from ods.compiled import native
 from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
-from ods.pipeline.image.double_buffer import DoubleBuffer
-from ods.pipeline.image.gained_image import GainedImage
+from ods.pipeline.image.gained_image import DoubleBuffer
 from ods.pipeline.image.image_layout import ImageLayout, RangeBand
-from ods.pipeline.image.missing.fill import blank_gaps
-from ods.pipeline.image.missing.threshold import AMPLITUDES, ThresholdFiller
 from ods.pipeline.image.regions import Regions, chosen, shared_at
 from ods.pipeline.image.samples.amplitude import SampleScale
-from ods.pipeline.image.samples.recorded import Recorded, RegionNumbers, cells_without_data, paint, with_samples_lent
+from ods.pipeline.image.samples.recorded import Frame, Recorded, RegionNumbers, paint
 from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, measure_echoes, parted
 from ods.pipeline.prepared.filter_chain import FilterChain
 from ods.pipeline.prepared.frame_reader import FrameReader
 from ods.pipeline.prepared.speckle import Alive, filtered_speckle
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.params import NotANumberError, StageError
-from ods.pipeline.stage.step import PingContext
+from ods.pipeline.stage.step import PingContext, PreparedDetector
 from ods.pipeline.stage.watch import StageImage, Watch
-
-
-class Frame(NamedTuple):
-    """The recorded samples of a ping."""
-
-    samples: AnyArray
-    """(all beams, all samples)."""
-    scale: SampleScale
-    missing: Mask
-    """(all beams, all samples) those that hold no data; `ALL_DATA` if all do."""
-    number: int
-    """Of the ping, less than 2**32."""
 
 
 class Found(NamedTuple):
@@ -44,7 +30,7 @@ class Found(NamedTuple):
     echoes: EchoTable
     faint: EchoTable
     """Too weak for the false-alarm rate wanted."""
-    heard_from: float
+    heard_from: float | None
     """As in `Regions`."""
 
 
@@ -74,11 +60,10 @@ class PreparedChain:
         self.phase = layout.phase
         self._layout = layout
         self._reader = FrameReader(layout, buffers)
-        self._threshold = ThresholdFiller()
         self._fronts = Fronts(layout)
         self._last = last
         self._watch = watch
-        self._detector = last.detector(fan)
+        self._detector: PreparedDetector = last.prepared(fan)
         self.learns = self._detector.learn is not None
         """The detector had to see speckle first, which takes long."""
         if self._detector.learn:
@@ -98,14 +83,10 @@ class PreparedChain:
         mask: (all beams, all samples); faint echoes have no numbers. Raises StageError.
         """
         layout = self._layout
-        recorded = with_samples_lent(Recorded(
-            frame.samples[layout.rows], layout.origin, layout.stride,
-            frame.missing[layout.rows] if frame.missing.size else frame.missing,
-        ))  # fmt: skip
-        gaps = cells_without_data(recorded)
-        image = self._filters.run(self._read(recorded, frame, gaps), ping)
+        read, recorded, gaps = self._reader.read(frame)
+        image = self._filters.run(read, ping)
         if gaps.size:
-            blank_gaps(image, gaps)
+            native.blank_gaps(image, gaps)
         if layout.fan.seam is not None:
             image[:, layout.fan.seam] = 0.0  # no data: nothing reaches across
         rows = None if mask is None else mask[layout.rows]
@@ -113,15 +94,8 @@ class PreparedChain:
             regions = self._regions(image, recorded)
             found, faint = self._echoes(image, regions, recorded, frame.scale, Numbers(rows, before))
         except NotANumberError as error:
-            raise self._culprit(recorded, frame, gaps, ping) from error
+            raise self._culprit(frame, ping) from error
         return Found(found, faint, regions.heard_from)
-
-    def _read(self, recorded: Recorded, frame: Frame, gaps: Mask) -> GainedImage:
-        """Return the image of the samples, (beams, columns); gaps: the same, or `ALL_DATA`."""
-        samples, scale = recorded.samples, frame.scale
-        if self._threshold.is_needed(recorded, scale):
-            samples, scale = self._threshold.filled(recorded, scale, frame.number), AMPLITUDES
-        return self._reader.read(samples, scale, gaps, frame.number)
 
     def _echoes(
         self, image: Image, regions: Regions, recorded: Recorded, scale: SampleScale, numbers: Numbers
@@ -158,11 +132,11 @@ class PreparedChain:
             self._watch(StageImage(self._last.name, judged().copy(), self._layout.fan, (low, high)))
         return regions
 
-    def _culprit(self, recorded: Recorded, frame: Frame, gaps: Mask, ping: PingContext) -> StageError:
+    def _culprit(self, frame: Frame, ping: PingContext) -> StageError:
         """Return the complaint about the stage whose image is not finite; all forget what they remember of images."""
         filters, self._filters = self._filters, self._new_filters()
         try:
-            filters.run(self._read(recorded, frame, gaps), ping, check=True)
+            filters.run(self._reader.read(frame).image, ping, check=True)
         except StageError as error:
             return error
         return blamed(self._last.label, NotANumberError())

@@ -7,17 +7,13 @@ import numpy as np
 
 from ods.base.arrays import Image
 from ods.pipeline.prepared.filter_chain import FilterChain
-from ods.pipeline.stage.step import PingContext
+from ods.pipeline.stage.step import FIRST_IMAGES, PingContext
 
 LEARNT_CELLS = 13_000_000
 """Cells of speckle from which a detector learns, if it has to, all kinds together,"""
 _LEARNT_IMAGES = 2
-"""and the least number of images of each kind,"""
-_FIRST_IMAGES = 8
-"""of speckle of one look, which comes first,"""
-_LEARNT_STEP_NS = 100_000_000
-"""Time between them, ns."""
-_TEXTURES = 1 << 16
+"""and the least number of images of each kind."""
+_TEXTURES = 65_536
 """Values of the texture that are drawn once for each kind: a gamma variate takes as long as ten cells of speckle."""
 
 Alive = Callable[[], object]
@@ -30,8 +26,8 @@ class Speckle(NamedTuple):
     looks: int = 1
     texture: float = 0.0
     """Shape of the texture's distribution; 0: there is none."""
-    patch: tuple[int, int] = (1, 1)
-    """Beams and samples that share one value of the texture."""
+    patch: tuple[int, int] | None = None
+    """Beams and samples that share one value of the texture; None: none do."""
     correlated: int = 1
     """Samples whose fields are added up to one; more than one for a single look without texture only."""
     louder: float = 1.0
@@ -57,7 +53,7 @@ def filtered_speckle(
     images = _LEARNT_IMAGES + cells // (len(KINDS) * filters.buffers.back.size)
     begin = 0
     for kind in KINDS:
-        stop = begin + (images if begin else max(images, _FIRST_IMAGES))
+        stop = begin + (images if begin else max(images, FIRST_IMAGES))
         yield _filtered(filters, stride, drawn(kind, rng), range(begin, stop), alive)
         begin = stop
 
@@ -77,7 +73,7 @@ def _filtered(
         for k in range(1, stride):
             buffers.back[:] += samples[:, k::stride]
         buffers.back[:] /= np.float32(stride)
-        yield filters.run(buffers.flip(), PingContext(number * _LEARNT_STEP_NS, None))
+        yield filters.run(buffers.flip(), PingContext(number, None))
 
 
 def drawn(kind: Speckle, rng: np.random.Generator) -> Callable[[Image], None]:
@@ -93,10 +89,10 @@ def drawn(kind: Speckle, rng: np.random.Generator) -> Callable[[Image], None]:
             rng.standard_gamma(kind.looks, out=out, dtype=np.float32)
             out /= np.float32(kind.looks)
         if kind.texture:
-            high, long = kind.patch
+            high, long = kind.patch or (1, 1)
             patches = (-(-out.shape[0] // high), -(-out.shape[1] // long))
             texture = textures[rng.integers(_TEXTURES, size=patches, dtype=np.uint16)]
-            if kind.patch != (1, 1):
+            if kind.patch:
                 texture = texture.repeat(high, axis=0)[: len(out)].repeat(long, axis=1)[:, : out.shape[1]]
             out *= texture
         if kind.louder != 1.0:

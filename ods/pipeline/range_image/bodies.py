@@ -17,8 +17,6 @@ OUTLIERS = 0.03
 """So large a share of the pixels at either end of its ranges are not believed."""
 FEWEST_FITTED = 10
 """Number of pixels that suffice to measure the curvature of a leading edge."""
-UNIFORM = 1.0 / math.sqrt(12.0)
-"""Standard deviation of what is anywhere in an interval, of its width."""
 
 
 def pieces_of(pixels: RangePixels, body: Indices, largest_m: float, fewest: int) -> list[Indices]:
@@ -104,7 +102,7 @@ def _sigma_elevation(pixels: RangePixels, rows: Indices, extent_rad: float) -> f
     """Return the standard deviation of the elevation of a body's middle."""
     up = pixels.spacing_rad[1]
     if _touches(rows, pixels.elevation_rad):
-        return math.hypot(up, UNIFORM * extent_rad)
+        return math.hypot(up, extent_rad / math.sqrt(12.0))  # anywhere in what is seen
     return math.hypot(up, 0.1 * extent_rad)
 
 

@@ -93,4 +93,7 @@ def _pixels_of(
 
 
 def _head_of(pose: Pose | PoseEstimate | None) -> Head:
-    return Head() if pose is None else Head(np.array(pose.position_ned), np.array(pose.attitude))
+    """Return the head, level and at the origin where no pose is known."""
+    if pose is None:
+        return Head(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+    return Head(np.array(pose.position_ned), np.array(pose.attitude))

@@ -3,20 +3,16 @@
 from functools import cached_property
 from typing import NamedTuple
 
-import numpy as np
-
 from ods.base.arrays import Floats, Floats32, Mask
 from ods.base.frames.geometry import body_to_global, body_to_polar, global_to_body, polar_to_body
 
-LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
-
 
 class Head(NamedTuple):
-    """The sonar's head: where no pose is known, level and at the origin."""
+    """The sonar's head."""
 
-    position: Floats = np.zeros(3)
+    position: Floats
     """(3,) NED, m."""
-    attitude: Floats = LEVEL
+    attitude: Floats
     """(4,) head to global."""
 
     def to_global(self, in_head: Floats) -> Floats:

@@ -8,7 +8,6 @@ from ods.pipeline.image.fan import Fan
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.params import StageError, read_params, stage_label
 from ods.pipeline.stage.registry import Stage, find_stage
-from ods.pipeline.stage.step import AS_STEP, PreparedDetector, Step
 
 
 class ConfiguredStage(NamedTuple):
@@ -24,16 +23,8 @@ class ConfiguredStage(NamedTuple):
         """The stage's own."""
         return self.stage.name
 
-    def step(self, fan: Fan) -> Step:
-        """Prepare a stage that makes images. Raises StageError."""
-        return AS_STEP[self.stage.kind](self._prepared(fan))
-
-    def detector(self, fan: Fan) -> PreparedDetector:
-        """Prepare a stage that detects. Raises StageError."""
-        detector: PreparedDetector = self._prepared(fan)
-        return detector
-
-    def _prepared(self, fan: Fan) -> Any:
+    def prepared(self, fan: Fan) -> Any:
+        """Return the stage's step, or the `PreparedDetector` of one that detects. Raises StageError."""
         try:
             return self.stage.prepare(self.params, fan)
         except Exception as error:

@@ -9,7 +9,7 @@ from ods.messages import Pose
 from ods.pipeline.image.fan import Fan
 from ods.pose.buffer import PoseEstimate
 
-_KNOT = 32
+KNOT = 32
 """Columns between two places whose way is computed exactly."""
 Unknown = np.float32(-1.0)
 """Stands for cells that the former ping did not see."""
@@ -19,7 +19,7 @@ class MotionCompensator:
     """Resamples images taken from one pose to what they would show from another."""
 
     def __init__(self, fan: Fan) -> None:
-        columns = np.minimum(np.arange(0, fan.samples - 1 + _KNOT, _KNOT), fan.samples - 1)
+        columns = np.minimum(np.arange(0, fan.samples - 1 + KNOT, KNOT), fan.samples - 1)
         distance = fan.range0_m + columns * fan.dr_m
         angle = fan.bearing_rad[:, None]
         self._fan = fan
@@ -45,4 +45,4 @@ class MotionCompensator:
         half = 0.5 * float(fan.beam_width_rad[0])
         beam = np.interp(bearing, fan.bearing_rad, self._number)
         beam[(bearing < fan.bearing_rad[0] - half) | (bearing > fan.bearing_rad[-1] + half)] = -1e6
-        native.resample(image, column, beam, _KNOT, Unknown, out)
+        native.resample(image, column, beam, KNOT, Unknown, out)

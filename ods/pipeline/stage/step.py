@@ -1,14 +1,13 @@
 """A stage prepared for a geometry: the step that is called for each image.
 
-There are four kinds of image step, by what they read and write; `AS_STEP` makes of each what the chain calls.
+There are four kinds of image step, by what they read and write; `prepared.filter_chain` calls them.
 """
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, Literal, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Literal, NamedTuple
 
 from ods.base.arrays import Floats, Image
 from ods.messages import Pose
-from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.gained_image import GainedImage
 from ods.pipeline.image.regions import Regions
 from ods.pipeline.image.samples.recorded import Recorded
@@ -43,6 +42,10 @@ DetectStep = Callable[[Image, Recorded], Regions]
 """step(image, recorded): returns the connected regions of an image; `recorded` is what it was made of."""
 
 
+FIRST_IMAGES = 8
+"""Images of speckle of one look that a detector learns from, at least; they come first."""
+
+
 class PreparedDetector(NamedTuple):
     """A detect stage, prepared."""
 
@@ -56,51 +59,4 @@ class PreparedDetector(NamedTuple):
     that kind has learnt there may be copied into it instead."""
 
 
-Step = Callable[[GainedImage, PingContext, DoubleBuffer], GainedImage]
-"""step(image, ping, buffers): returns what becomes of an image, which lies in the front buffer or is a recorded one.
-What a step writes, it writes to the back buffer, which then is the front one."""
-
 StageKind = Literal["image", "ping", "gained image", "gain", "detect"]
-
-
-def _of_images(step: ImageStep) -> Step:
-    def run(image: GainedImage, ping: PingContext, buffers: DoubleBuffer) -> GainedImage:
-        buffers.apply(image)
-        step(buffers.front, buffers.back)
-        return buffers.flip()
-
-    return run
-
-
-def _of_pings(step: PingStep) -> Step:
-    def run(image: GainedImage, ping: PingContext, buffers: DoubleBuffer) -> GainedImage:
-        buffers.apply(image)
-        step(buffers.front, buffers.back, ping)
-        return buffers.flip()
-
-    return run
-
-
-def _of_gained_images(step: GainedImageStep) -> Step:
-    def run(image: GainedImage, ping: PingContext, buffers: DoubleBuffer) -> GainedImage:
-        step(image, buffers.back)
-        return buffers.flip()
-
-    return run
-
-
-def _of_gains(step: GainStep) -> Step:
-    def run(image: GainedImage, ping: PingContext, buffers: DoubleBuffer) -> GainedImage:
-        varies_with_beam = image.gain.shape[0] > 1
-        return step(buffers.apply(image) if varies_with_beam else image)
-
-    return run
-
-
-AS_STEP: Mapping[StageKind, Callable[[Any], Step]] = {
-    "image": _of_images,
-    "ping": _of_pings,
-    "gained image": _of_gained_images,
-    "gain": _of_gains,
-}
-"""What the chain calls, by the kind of stage."""

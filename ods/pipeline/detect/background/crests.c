@@ -1,16 +1,10 @@
 /* How high the background's crests reach, region by region: maxima of the tiles of an image, and their quantiles. */
 
-#include "ods/pipeline/detect/regions/inside.h"
-#include "ods/pipeline/detect/background/rise.h"
 #include "ods/pipeline/filter/rows/lanes.h"
 
 /* Histograms of maxima: their bins, in multiples of the noise. */
 #define BINS 320
 #define BIN 0.1
-/* Tiles along each side of a region; it is judged with the eight around it. */
-#define REGION 4
-/* Fewer tiles, in a region and those around it, are no evidence. */
-#define LEAST_TILES 32
 /* The two quantiles. An object fills few tiles and cannot move them far. */
 #define MIDDLE 0.5
 #define UPPER 0.9
@@ -64,29 +58,30 @@ static void add_crests(const float *highest, int64_t columns, int64_t tile, doub
 /* An image (beams, samples), its tiles, its regions (rows, columns), and its levels. */
 typedef struct {
     const float *image;
-    int64_t beams, samples, tile_beams, tile_samples, rows, columns;
+    int64_t beams, samples, tile_beams, tile_samples;
+    int64_t region; /* tiles along each side of a region; it is judged with the eight around it */
+    int64_t rows, columns;
     double background, noise;
 } Crests;
 
-#define CRESTS "f4[beams,samples] image, int tile_beams, int tile_samples, float background, float noise"
-#define CRESTS_ARGUMENTS 5
+#define CRESTS "f4[beams,samples] image, int tile_beams, int tile_samples, int region, float background, float noise"
 
 /* arguments: from the first one on. */
 static Crests crests_at(const Argument *arguments)
 {
     const int64_t tile_beams = larger_i(INT(1), 1), tile_samples = larger_i(INT(2), 1);
-    const int64_t across = tile_beams * REGION, along = tile_samples * REGION;
-    return (Crests){ARRAY(const float, 0), SIZE(0, 0), SIZE(0, 1), tile_beams, tile_samples,
-                    (SIZE(0, 0) + across - 1) / across, (SIZE(0, 1) + along - 1) / along, FLOAT(3), FLOAT(4)};
+    const int64_t region = larger_i(INT(3), 1), across = tile_beams * region, along = tile_samples * region;
+    return (Crests){ARRAY(const float, 0), SIZE(0, 0), SIZE(0, 1), tile_beams, tile_samples, region,
+                    (SIZE(0, 0) + across - 1) / across, (SIZE(0, 1) + along - 1) / along, FLOAT(4), FLOAT(5)};
 }
 
 /* Fills histograms (rows, columns, BINS), all 0 before, with the tiles' maxima of each region, over the background. */
 static void count_maxima(const Crests *crests, Count *histograms)
 {
-    const int64_t samples = crests->samples, along = crests->tile_samples * REGION;
+    const int64_t samples = crests->samples, along = crests->tile_samples * crests->region;
     float *highest = SCRATCH(float, samples);
     for (int64_t first = 0; first < crests->beams; first += crests->tile_beams) {
-        Count *row = histograms + first / (crests->tile_beams * REGION) * crests->columns * BINS;
+        Count *row = histograms + first / (crests->tile_beams * crests->region) * crests->columns * BINS;
         highest_of_beams(crests->image + first * samples, smaller_i(crests->tile_beams, crests->beams - first), samples,
                          highest);
         for (int64_t begin = 0; begin < samples; begin += along, row += BINS)
@@ -121,12 +116,12 @@ static double quantile(const Count *histogram, double share, int64_t bins, int64
     return k < bins ? (double)k + (rank - (double)below) / (double)larger_i(histogram[k], 1) : (double)bins;
 }
 
-/* Fills out (2,) with the two quantiles, (0, 0) where tiles are few. */
-static void two_quantiles(const Count *histogram, double *out)
+/* Fills out (2,) with the two quantiles, (0, 0) where there are fewer tiles than `least`. */
+static void two_quantiles(const Count *histogram, int64_t least, double *out)
 {
     const int64_t total = sum(histogram, BINS);
     out[0] = out[1] = 0.0;
-    if (total < LEAST_TILES)
+    if (total < least)
         return;
     const double middle = quantile(histogram, MIDDLE, BINS, total);
     const int64_t bins = smaller_i(BINS, (int64_t)(TOO_HIGH * middle) + 1);
@@ -138,6 +133,7 @@ static void two_quantiles(const Count *histogram, double *out)
 static void find_quantiles(const Crests *crests, double *quantiles)
 {
     const int64_t rows = crests->rows, columns = crests->columns, row = columns * BINS;
+    const int64_t least = 2 * crests->region * crests->region; /* fewer than two regions have are no evidence */
     Count *histograms = ZEROS(Count, rows * row), *across = SCRATCH(Count, row), *around = SCRATCH(Count, BINS);
     count_maxima(crests, histograms);
     for (int64_t i = 0; i < rows; i++) {
@@ -148,7 +144,7 @@ static void find_quantiles(const Crests *crests, double *quantiles)
             memset(around, 0, BINS * sizeof *around);
             for (int64_t beside = larger_i(j - 1, 0); beside < smaller_i(j + 2, columns); beside++)
                 add(across + beside * BINS, BINS, around);
-            two_quantiles(around, quantiles);
+            two_quantiles(around, least, quantiles);
         }
     }
 }
@@ -157,7 +153,7 @@ static void find_quantiles(const Crests *crests, double *quantiles)
 KERNEL(crest_quantiles, CRESTS ", out f8[rows,columns,2] out")
 {
     const Crests crests = crests_at(arguments);
-    arguments += CRESTS_ARGUMENTS;
+    arguments += arguments_of(CRESTS);
     if (SIZE(0, 0) == crests.rows && SIZE(0, 1) == crests.columns)
         find_quantiles(&crests, ARRAY(double, 0));
 }
@@ -167,7 +163,7 @@ KERNEL(crest_quantiles, CRESTS ", out f8[rows,columns,2] out")
 KERNEL(crest_factors, CRESTS ", float level, float middle, float upper, out f8[rows,columns] factors")
 {
     const Crests crests = crests_at(arguments);
-    arguments += CRESTS_ARGUMENTS;
+    arguments += arguments_of(CRESTS);
     const double level = FLOAT(0), share = (level - FLOAT(1)) / (FLOAT(2) - FLOAT(1)); /* of the way to the upper one */
     const int64_t count = crests.rows * crests.columns;
     double *factors = ARRAY(double, 3), *quantiles = SCRATCH(double, 2 * count);
@@ -177,24 +173,5 @@ KERNEL(crest_factors, CRESTS ", float level, float middle, float upper, out f8[r
     for (int64_t k = 0; k < count; k++) {
         const double factor = ((1.0 - share) * quantiles[2 * k] + share * quantiles[2 * k + 1]) / level;
         factors[k] = factor < BY_CHANCE ? 1.0 : factor;
-    }
-}
-
-/* Tells which regions of runs have a cell above the high level of its place in the image. */
-KERNEL(reaching, "f4[beams,samples] image, r16[runs] runs, float high, " RISE ", out b1[regions] found")
-{
-    const int64_t samples = SIZE(0, 1), regions = SIZE(3 + RISE_ARGUMENTS, 0);
-    const Rise rise = rise_at(arguments + 3);
-    const Levels high = risen(&rise, FLOAT(2), rise.high_power, samples);
-    bool *found = ARRAY(bool, 3 + RISE_ARGUMENTS);
-    memset(found, 0, (size_t)regions);
-    for (int64_t i = 0; i < SIZE(1, 0); i++) {
-        const Run run = ARRAY(const Run, 1)[i];
-        if (!lies_inside(run, SIZE(0, 0), samples, regions))
-            continue;
-        const float *cells = ARRAY(const float, 0) + run.beam * samples;
-        const float *levels = levels_along(&rise, high, run.beam, samples);
-        for (int64_t j = run.first; j < run.stop && !found[run.region - 1]; j++)
-            found[run.region - 1] = cells[j] > levels[j];
     }
 }

@@ -10,19 +10,17 @@ from itertools import islice
 
 import numpy as np
 
-from ods.base.arrays import Floats, Image, Mask
+from ods.base.arrays import Floats, Image
 from ods.compiled import native
-from ods.pipeline.detect.background.noise import NoiseMeter
-from ods.pipeline.detect.background.rise import Rise
-from ods.pipeline.image.regions import Runs
+from ods.pipeline.detect.background.noise import background_and_noise
+from ods.pipeline.stage.step import FIRST_IMAGES
 
 _GRID = (16, 32)
 """Tiles across the beams and along the range, at most, and"""
 _LEAST_TILE = (2, 16)
 """the least cells of one."""
 _REGION = 4
-"""Tiles along each side of a region, as crests.c has it."""
-_LEARNT_IMAGES = 8
+"""Tiles along each side of a region."""
 
 
 class LocalThreshold:
@@ -39,9 +37,9 @@ class LocalThreshold:
 
     def learn(self, images: Iterable[Image]) -> None:
         """Take in how high the crests of images without echoes reach, all from the same chain."""
-        meter, found = NoiseMeter(), [np.empty((0, 2))]
-        for image in islice(images, _LEARNT_IMAGES):
-            background, noise = meter.background_and_noise(image)
+        found = [np.empty((0, 2))]
+        for image in islice(images, FIRST_IMAGES):
+            background, noise = background_and_noise(image)
             if noise > 0.0:
                 measured = crest_quantiles(image, self._tile, background, noise, self._regions).reshape(-1, 2)
                 found.append(measured[measured[:, 0] > 0.0])
@@ -59,7 +57,7 @@ class LocalThreshold:
         if not upper > middle or noise <= 0.0:
             return np.ones((1, 1))
         factors = np.empty(self._regions)
-        native.crest_factors(image, self._tile, background, noise, level, middle, upper, factors)
+        native.crest_factors(image, self._tile, _REGION, background, noise, level, middle, upper, factors)
         return factors
 
 
@@ -71,12 +69,5 @@ def crest_quantiles(
     Over the background, in multiples of the noise. Tiles whose cells are all 0 hold no data and do not count.
     """
     quantiles = np.empty((*regions, 2))
-    native.crest_quantiles(image, tile, background, noise, quantiles)
+    native.crest_quantiles(image, tile, _REGION, background, noise, quantiles)
     return quantiles
-
-
-def reaching(image: Image, runs: Runs, total: int, high: float, rise: Rise) -> Mask:
-    """Return (total,) bool: regions of image (beams, samples) with a cell above the high level of its position."""
-    found = np.empty(total, np.bool_)
-    native.reaching(image, runs, high, rise, found)
-    return found

@@ -11,20 +11,15 @@ _NORMAL = np.array([0.5, 0.8413])
 """Quantiles that are one standard deviation apart in a normal distribution."""
 
 
-class NoiseMeter:
-    """Measures images of one size; has their work space."""
+def background_and_noise(image: Image) -> tuple[float, float]:
+    """Return the median of image (beams, samples) and the distance from there to its 84 % quantile.
 
-    def __init__(self) -> None:
-        self._quantiles = np.empty(len(_NORMAL))
-
-    def background_and_noise(self, image: Image) -> tuple[float, float]:
-        """Return the median of image (beams, samples) and the distance from there to its 84 % quantile.
-
-        For a normal distribution that distance is the standard deviation; for speckle it takes the long upper tail into
-        account. Echoes that fill 1 % of the image raise it by 4 %, 5 % by a fifth. Cells at 0 hold no data and do not
-        count; (0, 0) when there are no others, or when the mean is not finite.
-        """
-        stride = max(1, image.size // _SAMPLES) | 1  # odd: else it could fall in step with the rows
-        native.noise_quantiles(image, stride, _NORMAL, self._quantiles)
-        middle, upper = self._quantiles.tolist()
-        return middle, upper - middle
+    For a normal distribution that distance is the standard deviation; for speckle it takes the long upper tail into
+    account. Echoes that fill 1 % of the image raise it by 4 %, 5 % by a fifth. Cells at 0 hold no data, do not count;
+    (0, 0) when there are no others, or when the mean is not finite.
+    """
+    stride = max(1, image.size // _SAMPLES) | 1  # odd: else it could fall in step with the rows
+    quantiles = np.empty(len(_NORMAL))
+    native.noise_quantiles(image, stride, _NORMAL, quantiles)
+    middle, upper = quantiles.tolist()
+    return middle, upper - middle

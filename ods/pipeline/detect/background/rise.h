@@ -13,10 +13,9 @@ typedef struct {
     int64_t rows, columns, place_beams, place_samples;
 } Rise;
 
-/* What a kernel's signature says of it, and how many arguments it takes. */
+/* What a kernel's signature says of it. */
 #define RISE                                                                                                           \
-    "float background, f8[rows,columns] factors, float low_power, float high_power, int place_beams, int place_samples"
-#define RISE_ARGUMENTS 6
+    "float background, f8[across,along] factors, float low_power, float high_power, int place_beams, int place_samples"
 
 /* arguments: from the first one on. Where there is no place, levels do not rise. */
 static inline Rise rise_at(const Argument *arguments)

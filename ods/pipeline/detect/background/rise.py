@@ -22,8 +22,10 @@ class Rise(NamedTuple):
     samples: int
     """likewise; the last row and column of places reach to the image's border."""
 
-
-NO_RISE = Rise(0.0, np.ones((1, 1)), 0.0, 0.0, 1, 1)
+    @classmethod
+    def none(cls) -> "Rise":
+        """Return one that leaves all levels as they are."""
+        return cls(0.0, np.empty((0, 0)), 0.0, 0.0, 1, 1)
 
 
 def levelled(image: Image, rise: Rise) -> Image:

@@ -1,9 +1,7 @@
 /* Histograms of the cells of an image where no echo is, and of those where one may be. */
 
-#include "kernel.h"
+#include "ods/pipeline/image/samples/samples.h"
 
-/* Samples of a beam that are quiet or loud together. */
-#define BLOCK 32
 /* An image whose cells fill fewer bins was recorded in counts of few bits. */
 #define FEW 1024
 
@@ -20,7 +18,7 @@ static bool any_above(const float *cells, int64_t count, float limit)
 static void count_positive(const float *restrict cells, int64_t count, float unit, float last,
                            int32_t *restrict histogram)
 {
-    int32_t bin[BLOCK];
+    int32_t bin[SAMPLES_OF_BLOCK];
     for (int64_t j = 0; j < count; j++) {
         const float place = cells[j] * unit;
         const int32_t inside = (int32_t)(place < last ? larger_f(place, 0.0f) : last);
@@ -34,11 +32,11 @@ static void count_positive(const float *restrict cells, int64_t count, float uni
    loud (stop - first + 2, blocks + 2) is all 0 before. */
 static void mark_loud(const float *image, int64_t samples, int64_t first, int64_t stop, float limit, uint8_t *loud)
 {
-    const int64_t blocks = (samples + BLOCK - 1) / BLOCK;
+    const int64_t blocks = (samples + SAMPLES_OF_BLOCK - 1) / SAMPLES_OF_BLOCK;
     for (int64_t b = first; b < stop; b++)
         for (int64_t k = 0; k < blocks; k++)
             loud[(b - first + 1) * (blocks + 2) + k + 1] =
-                any_above(image + b * samples + k * BLOCK, smaller_i(BLOCK, samples - k * BLOCK), limit);
+                any_above(image + b * samples + k * SAMPLES_OF_BLOCK, smaller_i(SAMPLES_OF_BLOCK, samples - k * SAMPLES_OF_BLOCK), limit);
 }
 
 /* Tells whether any of 3 x 3 blocks is loud; near: the first of them, `row` apart from the next beam's. */
@@ -55,14 +53,14 @@ static bool any_loud(const uint8_t *near, int64_t row)
 static void count_blocks(const float *image, int64_t beams, int64_t samples, int64_t begin, int64_t end, float crest,
                          float unit, int64_t room, int32_t *histograms)
 {
-    const int64_t blocks = (samples + BLOCK - 1) / BLOCK, row = blocks + 2;
+    const int64_t blocks = (samples + SAMPLES_OF_BLOCK - 1) / SAMPLES_OF_BLOCK, row = blocks + 2;
     const int64_t first = larger_i(begin - 1, 0), stop = smaller_i(end + 1, beams);
     uint8_t *loud = ZEROS(uint8_t, (stop - first + 2) * row);
     mark_loud(image, samples, first, stop, crest, loud);
     for (int64_t b = begin; b < end; b++)
         for (int64_t k = 0; k < blocks; k++) {
             const bool is_loud = any_loud(loud + (b - first) * row + k, row);
-            count_positive(image + b * samples + k * BLOCK, smaller_i(BLOCK, samples - k * BLOCK), unit,
+            count_positive(image + b * samples + k * SAMPLES_OF_BLOCK, smaller_i(SAMPLES_OF_BLOCK, samples - k * SAMPLES_OF_BLOCK), unit,
                            (float)(room - 2), histograms + (is_loud ? room : 0));
         }
 }

@@ -6,23 +6,19 @@ import numpy as np
 
 from ods.base.arrays import Floats, Image
 from ods.compiled import native
-from ods.pipeline.detect.background.noise import NoiseMeter
+from ods.pipeline.detect.background.noise import background_and_noise
 
-_QUIET = 0
-"""Row of the histograms; the other one is of cells that may be an echo's."""
 _BINS = 16384
 _SPAN = 32.0
 """The histogram reaches to this multiple of the background; all that is higher goes into its last bin."""
 _BULK = np.array([0.2, 0.02, 0.002])
 """Shares of the cells at which the shape of the distribution is measured."""
-_TAIL = np.array([0.01, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5])
+_TAIL = 10.0 ** -np.arange(2.0, 5.5, 0.5)
 """Shares of the cells of speckle that its tail is fitted at,"""
 _WEIGHT = 0.4
 """each weighted by this power of the share."""
 _PARTS = 4
-"""Parts of an image's beams; each image contributes one, in turn."""
-_WHOLE = 16
-"""Number of images at first that contribute all of their beams."""
+"""Parts of an image's beams; each image contributes one, in turn, but the first _RENEWED ones, which are whole."""
 _REMEMBERED = 1_500_000
 """Least number of cells that are remembered, the most being twice as many."""
 _RENEWED = 16
@@ -40,8 +36,8 @@ class TailQuantile:
     def __init__(self, rate: float) -> None:
         """rate: the share of the cells without echoes that shall be above the level."""
         self._rate = rate
-        self._noise = NoiseMeter()
         self._counted = np.zeros((2, _BINS))
+        """Of cells where no echo is, and of those that may be an echo's."""
         self._former = np.zeros(_BINS)
         self._quiet, self._quiet_before, self._renewed_at = 0, 0, 0
         """Cells that `_counted` and `_former` have where no echo is; of both, when the level was last worked out."""
@@ -56,14 +52,14 @@ class TailQuantile:
         for images in kinds:
             counted = np.zeros((2, _BINS))
             for image in images:
-                background, noise = self._noise.background_and_noise(image)
+                background, noise = background_and_noise(image)
                 if background > 0.0:
                     crest = background * crest_over(float(np.log1p(noise / background)))
                     _count(image, (0, len(image)), crest, background, counted)
-            if counted[_QUIET].any():
+            if counted[0].any():
                 at = _log_quantiles(counted.sum(axis=0), _TAIL)
                 tail = np.polyfit(_log_log(_TAIL), at, 2, w=_TAIL**_WEIGHT)
-                bulks.append([1.0, *_log_quantiles(counted[_QUIET], _BULK)])
+                bulks.append([1.0, *_log_quantiles(counted[0], _BULK)])
                 levels.append(np.polyval(tail, _log_log(np.array(self._rate))))
                 steepness.append(1.0 / max(at[4] - at[0], 1e-6))  # from a share of 1e-2 to 1e-4
         if bulks:  # of a level's error counts by what factor the rate is then wrong
@@ -72,11 +68,11 @@ class TailQuantile:
             self._level_of = np.linalg.lstsq(*weighted, rcond=None)[0]
 
     def level(self, image: Image, background: float, noise: float) -> float:
-        """Return the level of an image (beams, samples) of such background and noise, as NoiseMeter measures them."""
+        """Return the level of an image (beams, samples) of such a background and noise (`background_and_noise`)."""
         self._images += 1
         self._spread += (float(np.log1p(noise / background)) - self._spread) / min(self._images, _RENEWED)
         beams, part = len(image), self._images % _PARTS
-        rows = (part * beams // _PARTS, (part + 1) * beams // _PARTS) if self._images > _WHOLE else (0, beams)
+        rows = (part * beams // _PARTS, (part + 1) * beams // _PARTS) if self._images > _RENEWED else (0, beams)
         crest = background * crest_over(self._spread)
         self._quiet += _count(image, rows, crest, background, self._counted)
         self._renew()
@@ -86,11 +82,11 @@ class TailQuantile:
         count = self._quiet_before + self._quiet
         if count - self._renewed_at <= count / _RENEWED:
             return
-        bulk = _log_quantiles(self._former + self._counted[_QUIET], _BULK)
+        bulk = _log_quantiles(self._former + self._counted[0], _BULK)
         self._over = max(self._level_of @ (1.0, *bulk), bulk[-1])
         self._renewed_at = count
         if self._quiet > _REMEMBERED:
-            self._former[:] = self._counted[_QUIET]
+            self._former[:] = self._counted[0]
             self._counted[:] = 0
             self._renewed_at = self._quiet_before = self._quiet
             self._quiet = 0

@@ -7,11 +7,10 @@ import numpy as np
 
 from ods.base.arrays import Image, Mask
 from ods.compiled import native
-from ods.pipeline.detect.background.rise import NO_RISE, Rise, levelled
-from ods.pipeline.detect.regions.region_growing import GrowingRule, find_regions, room_for_runs
+from ods.pipeline.detect.background.rise import Rise, levelled
 from ods.pipeline.detect.regions.split import split_regions
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.regions import Judged, Regions, Runs, chosen_runs
+from ods.pipeline.image.regions import RUN, Judged, Regions, Runs
 from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.stage.params import GroupParams, NotANumberError
 
@@ -22,7 +21,42 @@ class DetectionLevels(NamedTuple):
     low: float
     high: float
     background: float
-    rise: Rise = NO_RISE
+    rise: Rise = Rise.none()
+
+
+class GrowingRule(NamedTuple):
+    """Which cells make a region; levels are compared as float32."""
+
+    low: float
+    """Cells above it belong to a region,"""
+    high: float
+    """which has at least one above this."""
+    corner: int
+    """1 when cells that touch by a corner are connected, 0 when they have to share a side."""
+    smallest: int
+    largest: int
+    """Cells of a region."""
+    rise: Rise = Rise.none()
+    """Of both levels."""
+
+
+def room_for_runs(shape: tuple[int, int]) -> Runs:
+    """Return room for the most runs an image of (beams, samples) can have; what is not written costs no memory."""
+    beams, samples = shape
+    return np.empty(beams * (samples // 2 + 1), RUN)
+
+
+def find_regions(image: Image, rule: GrowingRule, work: Runs, visited: Mask) -> tuple[Runs, int]:
+    """Return the runs of all regions of image (beams, samples), sorted, and the number of regions; they lie in `work`.
+
+    work: as `room_for_runs` makes it; visited, (beams, samples), must be all False and is so again at the end.
+    Raises NotANumberError where a cell is not finite.
+    """
+    count = native.find_regions(image, rule, work, visited)
+    if count < 0:
+        raise NotANumberError
+    runs = work[:count]
+    return runs, int(runs["region"][-1]) if count else 0
 
 
 class Grouping:
@@ -52,27 +86,25 @@ class Grouping:
         if self._wanted is not None and count:
             runs, count = of_size(runs, self._wanted)
         if count and (params.border > 1.0 or params.strongest < 1.0):
-            strong = self._strong(image, recorded, Regions(runs, count, background), levels)
-            runs, count = chosen_runs(runs, strong)
+            runs, count = self._strong(image, recorded, (runs, count), levels)
         return Regions(runs, count, background, Judged(lambda: levelled(image, rise), low, high))
 
-    def _strong(self, image: Image, recorded: Recorded, regions: Regions, levels: DetectionLevels) -> Mask:
-        """Return (total,) bool: regions strong enough at the border, and by their recorded samples.
+    def _strong(
+        self, image: Image, recorded: Recorded, found: tuple[Runs, int], levels: DetectionLevels
+    ) -> tuple[Runs, int]:
+        """Return the runs of regions that are strong enough at the border, and by their recorded samples.
 
         A filter mirrors the image at its border, so half of its samples count twice, and its noise has up to twice the
         power that it has elsewhere; equalizers, too, know only one side. They also lift what is nearly silent, so an
         echo has a sample among the strongest recorded ones.
         """
         params, (_, high, background, rise) = self._params, levels
-        strong, found = np.ones(regions.total, np.bool_), np.empty(regions.total, np.bool_)
-        if params.border > 1.0:
-            raised = background + params.border * (high - background)
-            native.strong_at_border(image, regions.runs, high, raised, rise, found)
-            strong &= found
-        if params.strongest < 1.0:
-            native.strong_as_recorded(recorded, regions.runs, level_of_strongest(recorded, params.strongest), found)
-            strong &= found
-        return strong
+        raised = background + params.border * (high - background)
+        least = native.level_of_strongest(recorded, params.strongest) if params.strongest < 1.0 else -np.inf
+        runs, total = found
+        out = np.empty_like(runs)
+        chosen = out[: native.choose_strong(image, runs, total, high, raised, least, rise, recorded, out)]
+        return chosen, int(chosen["region"][-1]) if chosen.size else 0
 
 
 def _size_test(params: GroupParams, fan: Fan) -> Callable[[Runs], bool] | None:
@@ -97,12 +129,3 @@ def of_size(runs: Runs, wanted: Callable[[Runs], bool]) -> tuple[Runs, int]:
     for number, part in enumerate(kept, 1):
         part["region"] = number
     return (np.concatenate(kept) if kept else runs[:0]), len(kept)
-
-
-def level_of_strongest(recorded: Recorded, share: float) -> float:
-    """Return the level that this share of the recorded samples that hold data reaches; 0 where none does.
-
-    Looked at are some of them, evenly spread, in steps that never fall in with the rows.
-    """
-    level: float = native.level_of_strongest(recorded, share)
-    return level

@@ -4,11 +4,10 @@
 #include "ods/pipeline/image/regions.h"
 
 /* Instead of a number: the image has cells that are no finite numbers. */
-#define NOT_A_NUMBER -1
-/* Runs of a region that are sorted one by one. */
-#define FEW_RUNS 32
-/* Cells that are looked at together, and fewer, where they are not all low. */
+enum { NOT_A_NUMBER = -1 };
+/* Cells that are looked at together, and runs of a region that are sorted one by one. */
 #define BLOCK 64
+/* Cells that are looked at together where they are not all low. */
 #define FEW_CELLS 16
 /* Beams that are fetched before their turn: regions grow into them, which the cache cannot foresee. */
 #define AHEAD 4
@@ -111,7 +110,7 @@ static int64_t grow(Growth *growth, int64_t beam, int64_t column)
 /* Sorts the runs of one region by beam and column. */
 static void sort(Run *runs, int64_t count)
 {
-    if (count > FEW_RUNS) {
+    if (count > BLOCK) {
         Run *sorted = SCRATCH(Run, count);
         sorted_runs(runs, count, sorted);
         memcpy(runs, sorted, (size_t)count * sizeof *runs);
@@ -183,7 +182,7 @@ KERNEL_INT(find_regions, "f4[beams,samples] image, float low, float high, int co
                      .low = risen(&rise, smaller(FLOAT(1), FLOAT(2)), rise.low_power, samples),
                      .high = risen(&rise, FLOAT(2), rise.high_power, samples),
                      .corner = INT(3) != 0, .smallest = INT(4), .largest = INT(5)};
-    arguments += 6 + RISE_ARGUMENTS;
+    arguments += 6 + arguments_of(RISE);
     growth.runs = ARRAY(Run, 0), growth.room = SIZE(0, 0), growth.visited = ARRAY(bool, 1);
     int64_t number = 0;
     for (int64_t b = 0; b < growth.beams && number >= 0; b++)

@@ -5,7 +5,8 @@ from itertools import pairwise
 import numpy as np
 
 from ods.base.arrays import Image
-from ods.pipeline.detect.regions.region_growing import GrowingRule, find_regions, room_for_runs
+from ods.compiled import native
+from ods.pipeline.detect.background.rise import Rise
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.regions import RUN, Runs, sorted_runs
 
@@ -35,10 +36,11 @@ def _cores(image: Image, runs: Runs, level: float, smallest: int) -> list[tuple[
     crop = np.zeros((int(runs["beam"].max()) + 1 - beam, int(runs["stop"].max()) - column), np.float32)
     for b, first, stop, _ in runs.tolist():
         crop[b - beam, first - column : stop - column] = image[b, first:stop]
-    rule = GrowingRule(level, level, 1, smallest, crop.size)
-    found, count = find_regions(crop, rule, room_for_runs(crop.shape), np.zeros(crop.shape, np.bool_))
+    found = np.empty(crop.size, RUN)
+    rule = (level, level, 1, smallest, crop.size, Rise.none())
+    found = found[: native.find_regions(crop, rule, found, np.zeros(crop.shape, np.bool_))]
     cores = []
-    for k in range(1, count + 1):
+    for k in np.unique(found["region"]):
         piece = found[found["region"] == k]
         length = piece["stop"] - piece["first"]
         middle = 0.5 * (piece["first"] + piece["stop"] - 1)

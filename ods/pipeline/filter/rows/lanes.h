@@ -15,6 +15,12 @@ typedef int32_t Bits __attribute__((vector_size(32))); /* of Lanes */
 #define LANES_OF_BLOCK 4
 #define BLOCK (LANES_OF_BLOCK * LANES)
 
+/* Rows that are worked on at once: what is made of one does not wait for another. */
+#define ROWS 4
+
+/* Samples of which what is made in between stays in the nearest cache. */
+#define COLUMNS 256
+
 static inline Lanes load(const float *from)
 {
     return *(const Lanes *)from;

@@ -15,7 +15,6 @@ typedef struct {
 
 /* What a kernel's signature says of it, and how many arguments it takes. */
 #define SEPARABLE_FILTER "f4[:] along, f4[:] across"
-#define SEPARABLE_FILTER_ARGUMENTS 2
 
 /* arguments: from the filter's first one on. */
 static inline SeparableFilter separable_filter_at(const Argument *arguments)

@@ -20,9 +20,6 @@
 #define COLUMNS_OF_OTHERS 64.0f
 /* Largest factor between beams that is believed. */
 #define MOST_GAIN 4.0f
-/* As `mean_range` limits levels: an echo in the few beams that hold data is no level. */
-#define GUARD 1.25f
-#define REACH 3
 
 /* Fills level and count (samples,) with sum and number over the beams of what holds data. */
 static void sum_data(const float *image, Missing missing, float *restrict level, float *restrict count)
@@ -52,8 +49,9 @@ static float mean_of_columns(const float *level, const float *count, int64_t beg
 }
 
 /* Fills level (samples,) with the mean over the beams of what holds data, drawn to that of the ranges around. What
-   stands before the first block that has any is that block's. */
-static void levels_of_data(const float *image, Missing missing, float *level)
+   stands before the first block that has any is that block's. It is limited by a guard, as `mean_range` does: an echo in
+   the few beams that hold data is no level. */
+static void levels_of_data(const float *image, Missing missing, float guard, int64_t window, float *level)
 {
     const int64_t samples = missing.samples;
     float *count = SCRATCH(float, samples);
@@ -61,15 +59,15 @@ static void levels_of_data(const float *image, Missing missing, float *level)
     sum_data(image, missing, level, count);
     while (first < samples && count[first] == 0.0f)
         first++;
-    first -= first % COLUMNS_OF_BLOCK;
-    float around = mean_of_columns(level, count, first, smaller_i(first + COLUMNS_OF_BLOCK, samples), -1.0f);
-    for (int64_t begin = 0; begin < samples; begin += COLUMNS_OF_BLOCK) {
-        const int64_t stop = smaller_i(begin + COLUMNS_OF_BLOCK, samples);
+    first -= first % SAMPLES_OF_BLOCK;
+    float around = mean_of_columns(level, count, first, smaller_i(first + SAMPLES_OF_BLOCK, samples), -1.0f);
+    for (int64_t begin = 0; begin < samples; begin += SAMPLES_OF_BLOCK) {
+        const int64_t stop = smaller_i(begin + SAMPLES_OF_BLOCK, samples);
         around = mean_of_columns(level, count, begin, stop, around);
         for (int64_t j = begin; j < stop; j++)
             level[j] = (level[j] + BEAMS_AROUND * around) / (count[j] + BEAMS_AROUND);
     }
-    limit_levels(level, samples, GUARD, REACH);
+    limit_levels(level, samples, guard, blocks_around(window));
 }
 
 /* Returns how much louder than the others a beam is, by what holds data of it. */
@@ -110,14 +108,15 @@ static void sums_around(const float *row, const bool *gaps, int64_t samples, flo
 }
 
 /* Fills the missing cells of image, in place; number: of the ping. */
-KERNEL(fill_gaps, "out f4[beams,samples] image, b1[beams,samples] missing, f4[drawn] speckle, f4[drawn] dither, int number")
+KERNEL(fill_gaps, "out f4[beams,samples] image, b1[beams,samples] missing, f4[drawn] speckle, f4[drawn] dither, int number, "
+                  "float guard, int window")
 {
     const int64_t beams = SIZE(0, 0), samples = SIZE(0, 1), drawn = SIZE(2, 0);
     const Missing missing = missing_at(&arguments[1], beams, samples);
     const float *speckle = ARRAY(const float, 2);
     float *level = SCRATCH(float, samples), *found = SCRATCH(float, samples), *count = SCRATCH(float, samples);
     float *held = ZEROS(float, samples + 2 * NEIGHBOURS);
-    levels_of_data(ARRAY(float, 0), missing, level);
+    levels_of_data(ARRAY(float, 0), missing, (float)FLOAT(5), INT(6), level);
     for (int64_t b = 0; b < beams; b++) {
         float *row = ARRAY(float, 0) + b * samples;
         const bool *gaps = missing.marks + b * samples;
@@ -161,7 +160,7 @@ KERNEL(blank_gaps, "out f4[beams,samples] image, b1[beams,samples] missing")
     for (int64_t b = 0; b < beams; b++) {
         const bool *gaps = missing.marks + b * samples;
         for (Span gap = next_gap(gaps, 0, samples); gap.begin < samples; gap = next_gap(gaps, gap.stop, samples)) {
-            if (gap.stop - gap.begin <= LONGEST_BRIDGED && gap.begin > 0 && gap.stop < samples)
+            if (is_bridged(gap) && gap.begin > 0 && gap.stop < samples)
                 continue;
             for (int64_t j = gap.begin; j < gap.stop; j++)
                 if (!is_one_beam_wide(missing, b, j))

@@ -8,8 +8,9 @@
 
 /* Samples to either side whose mean fills a gap. */
 #define NEIGHBOURS 4
-/* Gap, samples, that its neighbours fill from both sides. */
-#define LONGEST_BRIDGED (2 * NEIGHBOURS)
+
+/* Whether a gap is so short that its neighbours fill it from both sides. */
+static inline bool is_bridged(Span gap) { return gap.stop - gap.begin <= 2 * NEIGHBOURS; }
 
 /* Returns where among `drawn` numbers (a power of 2) a beam begins: anywhere, but always the same for the same ping. */
 static inline int64_t begin_of(int64_t number, int64_t beam, int64_t drawn)

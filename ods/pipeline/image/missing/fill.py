@@ -4,10 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats32, Image, Mask
-from ods.compiled import native
+from ods.base.arrays import Floats32
 
-DRAWN = 1 << 14
+DRAWN = 16_384
 """Numbers of each kind that are drawn once; every beam of every ping begins at another place among them."""
 
 
@@ -26,18 +25,3 @@ def draw() -> Drawn:
     rng = np.random.Generator(np.random.SFC64(1))
     speckle = rng.rayleigh(np.sqrt(2.0 / np.pi), DRAWN)
     return Drawn(speckle.astype(np.float32), (rng.random(DRAWN) - rng.random(DRAWN)).astype(np.float32))
-
-
-def fill_gaps(image: Image, missing: Mask, drawn: Drawn, number: int) -> None:
-    """Fill the missing cells of image (beams, samples), in place; number: of the ping."""
-    native.fill_gaps(image, missing, drawn, number)
-
-
-def dither(image: Image, drawn: Drawn, number: int) -> None:
-    """Add noise of a count to amplitudes of linear counts, in place. Some fall below 0, which keeps the mean."""
-    native.dither(image, drawn, number)
-
-
-def blank_gaps(image: Image, missing: Mask) -> None:
-    """Set the missing cells of image (beams, samples) to 0, but for gaps that are bridged."""
-    native.blank_gaps(image, missing)

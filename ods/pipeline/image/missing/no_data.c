@@ -8,16 +8,12 @@
 #include "ods/pipeline/image/samples/looked_at.h"
 
 /* Samples at a beam's end that are zero before it is looked at. */
-#define TAIL 16
-/* Samples that are judged together. */
-#define BLOCK 32
+#define TAIL (SAMPLES_OF_BLOCK / 2)
 /* A block of a beam is loud where no more than this share of it is zero. */
 #define LOUD 0.5f
 /* Blocks before a run of zeros of which three in four have to be loud. */
 #define BEFORE 8
-/* Samples looked at for zeros in their midst, */
-#define STREWN_PROBE 1024
-/* and the share of them from which on the image is looked at as a whole. */
+/* Share of zeros among some samples from which on the image is looked at as a whole. */
 #define STREWN 0.03
 /* By so many samples at least the mean amplitude of a block is known. */
 #define FEWEST 6
@@ -28,19 +24,19 @@
 /* Logarithm of how improbable zeros have to be where other beams are not silent; each block counts for 1 at most. */
 #define EVIDENCE 12.0
 
-/* Returns the share of zeros among about `count` samples from column `first` on. */
-static double share_of_zeros_in(Samples frame, int64_t beams, int64_t first, int64_t count)
+/* Returns the share of zeros among some samples from column `first` on. */
+static double share_of_zeros_in(Samples frame, int64_t beams, int64_t first)
 {
-    const LookedAt looked_at = look_at(frame, beams, first, count, NULL);
+    const LookedAt looked_at = look_at(frame, beams, first, LOOKED_AT, NULL);
     int64_t zeros = 0;
     for (int64_t i = 0; i < looked_at.count; i++)
         zeros += looked_at.values[i] == 0.0f;
     return (double)zeros / (double)larger_i(looked_at.count, 1);
 }
 
-KERNEL_FLOAT(share_of_zeros, "rows u1|u2|f4[beams,:] frame, int first, int count")
+KERNEL_FLOAT(share_of_zeros, "rows u1|u2|f4[beams,:] frame, int first")
 {
-    return share_of_zeros_in(SAMPLES(0), SIZE(0, 0), larger_i(INT(1), 0), larger_i(INT(2), 1));
+    return share_of_zeros_in(SAMPLES(0), SIZE(0, 0), larger_i(INT(1), 0));
 }
 
 /* Tells an image from a drop-out, in which all samples from column `first` on are alike. */
@@ -94,17 +90,17 @@ static float share_of_zeros_of(const float *part, int64_t size)
 /* Fills zeros (blocks,) with the share of zeros of each block of the row. */
 static void shares_of_zeros(const float *row, int64_t samples, float *zeros)
 {
-    const int64_t blocks = samples / BLOCK;
+    const int64_t blocks = samples / SAMPLES_OF_BLOCK;
     for (int64_t k = 0; k < blocks; k++)
-        zeros[k] = share_of_zeros_of(row + k * BLOCK, BLOCK);
-    if (blocks * BLOCK < samples)
-        zeros[blocks] = share_of_zeros_of(row + blocks * BLOCK, samples - blocks * BLOCK);
+        zeros[k] = share_of_zeros_of(row + k * SAMPLES_OF_BLOCK, SAMPLES_OF_BLOCK);
+    if (blocks * SAMPLES_OF_BLOCK < samples)
+        zeros[blocks] = share_of_zeros_of(row + blocks * SAMPLES_OF_BLOCK, samples - blocks * SAMPLES_OF_BLOCK);
 }
 
 /* Whether a beam was loud before the zeros at its end. */
 static bool was_loud(const float *zeros, int64_t tail)
 {
-    const int64_t last = tail / BLOCK, begin = larger_i(0, last - BEFORE);
+    const int64_t last = tail / SAMPLES_OF_BLOCK, begin = larger_i(0, last - BEFORE);
     int64_t loud = 0;
     for (int64_t k = begin; k < last; k++)
         loud += zeros[k] <= LOUD;
@@ -114,10 +110,10 @@ static bool was_loud(const float *zeros, int64_t tail)
 /* Whether zeros from `tail` on are no chance, as often as all beams are zero there; silent (blocks,). */
 static bool is_improbable(const float *silent, int64_t blocks, int64_t tail)
 {
-    const int64_t begin = (tail + BLOCK - 1) / BLOCK;
+    const int64_t begin = (tail + SAMPLES_OF_BLOCK - 1) / SAMPLES_OF_BLOCK;
     double evidence = 0.0;
     for (int64_t k = begin; k < blocks; k++)
-        evidence += smaller(1.0, -BLOCK * log(larger(silent[k], 1e-6)));
+        evidence += smaller(1.0, -SAMPLES_OF_BLOCK * log(larger(silent[k], 1e-6)));
     return evidence >= larger(EVIDENCE, 0.5 * (double)(blocks - begin));
 }
 
@@ -125,7 +121,7 @@ static bool is_improbable(const float *silent, int64_t blocks, int64_t tail)
    Tells whether any beam is not. */
 static bool find_starts_of_gaps(Samples frame, int64_t beams, int64_t first, int64_t *starts)
 {
-    const int64_t samples = frame.samples - first, blocks = (samples + BLOCK - 1) / BLOCK;
+    const int64_t samples = frame.samples - first, blocks = (samples + SAMPLES_OF_BLOCK - 1) / SAMPLES_OF_BLOCK;
     float *row = SCRATCH(float, samples), *zeros = SCRATCH(float, beams * blocks), *silent = ZEROS(float, blocks);
     bool any = false;
     for (int64_t b = 0; b < beams; b++) {
@@ -156,7 +152,7 @@ static void look_at_block(const float *part, float loud, Strewn *seen)
 {
     float total = 0.0f;
     int32_t count = 0, faint = 0;
-    for (int64_t j = 0; j < BLOCK; j++) {
+    for (int64_t j = 0; j < SAMPLES_OF_BLOCK; j++) {
         total += part[j];
         count += part[j] != 0.0f;
     }
@@ -164,9 +160,9 @@ static void look_at_block(const float *part, float loud, Strewn *seen)
     if (count < FEWEST || !(total >= loud * (float)count))
         return;
     seen->loud++;
-    if (BLOCK - count < 3)
+    if (SAMPLES_OF_BLOCK - count < 3)
         return;
-    for (int64_t j = 0; j < BLOCK; j++)
+    for (int64_t j = 0; j < SAMPLES_OF_BLOCK; j++)
         faint += part[j] > 0.0f && part[j] <= FAINT * total / (float)count;
     seen->strewn++;
     seen->others += count;
@@ -181,15 +177,17 @@ static bool is_strewn(Samples frame, int64_t beams, int64_t first, float loud)
     Strewn seen = {0};
     for (int64_t b = 0; b < beams; b++) {
         load_samples(frame, b, first, 1, samples, row);
-        for (int64_t begin = 0; begin + BLOCK <= samples; begin += BLOCK)
+        for (int64_t begin = 0; begin + SAMPLES_OF_BLOCK <= samples; begin += SAMPLES_OF_BLOCK)
             look_at_block(row + begin, loud, &seen);
     }
     return 4 * seen.loud >= seen.blocks && seen.blocks > 0 && 2 * seen.strewn > seen.loud
            && (double)seen.faint > FAINT_SHARE * (double)seen.others;
 }
 
-/* Returns 1 if beams end in zeros that are no data, from column starts[b] on, plus 2 if zeros strewn over the image are
-   none. Looked at is what lies from column `first` on; loud: mean of a block that is clearly above the lowest count. */
+enum { AT_ENDS = 1, STREWN_ABOUT = 2 };
+
+/* Returns AT_ENDS if beams end in zeros that are no data, from column starts[b] on, plus STREWN_ABOUT if zeros strewn over the image
+   are none. Looked at is what lies from column `first` on; loud: mean of a block that is clearly above the lowest count. */
 KERNEL_INT(find_gaps, "rows u1|u2|f4[beams,:] frame, int first, float loud, out i8[beams] starts")
 {
     const Samples frame = SAMPLES(0);
@@ -198,8 +196,8 @@ KERNEL_INT(find_gaps, "rows u1|u2|f4[beams,:] frame, int first, float loud, out 
     if (first < 0 || first >= frame.samples)
         return 0;
     if (any_silent_tail(frame, beams, first) && find_starts_of_gaps(frame, beams, first, ARRAY(int64_t, 3)))
-        found += 1;
-    if (share_of_zeros_in(frame, beams, first, STREWN_PROBE) > STREWN && is_strewn(frame, beams, first, (float)FLOAT(2)))
-        found += 2;
+        found += AT_ENDS;
+    if (share_of_zeros_in(frame, beams, first) > STREWN && is_strewn(frame, beams, first, (float)FLOAT(2)))
+        found += STREWN_ABOUT;
     return found;
 }

@@ -1,6 +1,7 @@
 """Samples that hold no data: those that the decoder reported, and those recognized by their values."""
 
 import math
+from enum import IntFlag, auto
 
 import numpy as np
 
@@ -16,8 +17,13 @@ _LOUD_RATIO = 4.0
 """Mean amplitude of a block that is clearly above the lowest count: of speckle there, 5 % are 0."""
 PROBED = 4
 """Samples of each beam by which most are known not to be alike."""
-_ENDS, _STREWN = 1, 2
-"""Zeros that are no data: at the ends of beams, and strewn over the image."""
+
+
+class _Zeros(IntFlag):
+    """Zeros that are no data, as no_data.c says."""
+
+    AT_ENDS = auto()
+    STREWN_ABOUT = auto()
 
 
 class NoDataError(ValueError):
@@ -51,9 +57,9 @@ def _found(ping: Ping, frame: AnyArray, first: int) -> Mask:
         return ALL_DATA
     mask = np.zeros(frame.shape, np.bool_)
     mask[stuck] = True
-    if found & _STREWN:
+    if found & _Zeros.STREWN_ABOUT:
         np.equal(frame[:, first:], 0, out=mask[:, first:])
-    if found & _ENDS:
+    if found & _Zeros.AT_ENDS:
         for row, start in zip(mask, starts.tolist(), strict=True):
             row[start:] = True
     return mask
@@ -79,15 +85,3 @@ def _loud_count(ping: Ping) -> float:
         return _LOUD_RATIO
     decades = math.log10(_LOUD_RATIO)
     return ping.scale_factor * decades if ping.scale == "log8" else 20.0 * decades / ping.scale_factor
-
-
-def share_of_zeros(frame: AnyArray, first: int, count: int) -> float:
-    """Return the share of zeros among about `count` samples of frame (beams, samples) from column `first` on."""
-    share: float = native.share_of_zeros(frame, first, count)
-    return share
-
-
-def shows_something(frame: AnyArray, first: int) -> bool:
-    """Distinguish an image from a drop-out, in which all samples from column `first` on are alike."""
-    something: bool = native.shows_something(frame, first)
-    return something

@@ -1,5 +1,6 @@
 /* What is below a sonar's own threshold: where that is, and speckle in its place. See threshold.py. */
 
+#include "ods/pipeline/filter/rows/lanes.h"
 #include "ods/pipeline/image/missing/fill.h"
 #include "ods/pipeline/image/samples/looked_at.h"
 
@@ -7,10 +8,8 @@
 #define FAINTEST 1e-3
 /* Stands for no sample at all, where nobody knows how quiet it is: a sixth of the threshold. */
 #define SILENT exp(-36.0)
-/* Minima that are kept side by side, so that their search vectorises though NaN is honoured. */
-#define LANES 16
 
-/* Returns the lowest of the values over `bottom`; INFINITY where there is none. */
+/* Returns, as LANES minima, so that it vectorises though NaN is honoured, the lowest of the values over `bottom`; INFINITY where there is none. */
 static float lowest_over(float bottom, const float *values, int64_t count)
 {
     float lanes[LANES], lowest = INFINITY;
@@ -28,19 +27,19 @@ static float lowest_over(float bottom, const float *values, int64_t count)
     return lowest;
 }
 
-/* Looks at about `count` samples that hold data; what is below `silence` counts as that. Fills lowest with the lowest
+/* Looks at some samples that hold data; what is below `silence` counts as that. Fills lowest with the lowest
    value, the next higher one (the same where there is no other) and the share that have the lowest. */
-KERNEL(lowest_samples, "rows u1|u2|f4[beams,:] samples, " MISSING ", float silence, int count, out f8[3] lowest")
+KERNEL(lowest_samples, "rows u1|u2|f4[beams,:] samples, " MISSING ", float silence, out f8[3] lowest")
 {
     const Missing missing = missing_at(&arguments[1], SIZE(0, 0), SIZE(0, 1));
-    const LookedAt looked_at = look_at(SAMPLES(0), SIZE(0, 0), 0, larger_i(INT(3), 1), &missing);
+    const LookedAt looked_at = look_at(SAMPLES(0), SIZE(0, 0), 0, LOOKED_AT, &missing);
     const float silence = (float)FLOAT(2);
     const float lowest = larger_f(lowest_over(-INFINITY, looked_at.values, looked_at.count), silence);
     const float higher = lowest_over(lowest, looked_at.values, looked_at.count);
     int64_t alike = 0;
     for (int64_t i = 0; i < looked_at.count; i++)
         alike += looked_at.values[i] <= lowest;
-    double *out = ARRAY(double, 4);
+    double *out = ARRAY(double, 3);
     out[0] = looked_at.count > 0 ? lowest : 0.0;
     out[1] = looked_at.count == 0 ? 0.0 : higher < INFINITY ? higher : lowest;
     out[2] = looked_at.count > 0 ? (double)alike / (double)looked_at.count : 0.0;

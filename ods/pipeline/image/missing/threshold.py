@@ -14,13 +14,12 @@ from numpy.lib.stride_tricks import sliding_window_view
 from ods.base.arrays import AnyArray, Floats, Image
 from ods.compiled import native
 from ods.pipeline.image.missing.fill import DRAWN
-from ods.pipeline.image.samples.amplitude import Decimation, SampleScale, mean_offset, to_amplitude
+from ods.pipeline.image.samples.amplitude import Decimation, SampleScale, mean_offset, sample_scale, to_amplitude
 from ods.pipeline.image.samples.recorded import Recorded
 
-AMPLITUDES = SampleScale("linear", 1.0, None)
+AMPLITUDES = sample_scale(np.dtype(np.float32), "linear", 1.0)
 """The scale of a filled image."""
 
-_LOOKED_AT = 1024
 _SHARE = 0.25
 """Of the samples that are alike and the lowest, from which on these are taken for all that is below a threshold,"""
 _STEP = 4.0
@@ -39,7 +38,7 @@ class ThresholdFiller:
         """Return whether most samples are below a threshold, judged by some of them."""
         silence = 0.0 if scale.scale == "linear" else -math.inf
         lowest = np.empty(3)
-        native.lowest_samples(recorded.samples, recorded.missing, silence, _LOOKED_AT, lowest)
+        native.lowest_samples(recorded.samples, recorded.missing, silence, lowest)
         if lowest[2] <= _SHARE:
             return False
         pair = amplitudes_of(lowest[None, :2].astype(recorded.samples.dtype), scale)[0]

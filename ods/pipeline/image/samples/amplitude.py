@@ -9,19 +9,22 @@ then a flat row, and one stray count in it is not infinitely above its surroundi
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import AnyArray, Floats, Floats32, Image
 from ods.compiled import native
-from ods.messages import Ping, SampleType, Scale
+from ods.messages import Scale
 
 MAX_AMPLITUDE = 1e15
 """Larger amplitudes are clipped, so that squares and sums of a whole image stay finite in float32."""
 
-FULL_SCALE: dict[SampleType, float] = {"u1": 255.0, "u2": 65535.0, "f4": math.inf}
-"""Highest sample of each type."""
+
+def full_scale(dtype: np.dtype[Any]) -> float:
+    """Return the highest sample of a type."""
+    return float(np.iinfo(dtype).max) if dtype.kind == "u" else math.inf
+
 
 AmplitudeTable = Floats32
 """(256,) or (65536,) linear amplitude of each count."""
@@ -36,6 +39,10 @@ class SampleScale(NamedTuple):
     factor: float
     table: AmplitudeTable | None
     """For counts that are not linear."""
+    top: float
+    """Full scale."""
+    db_a_count: float
+    """What a count is worth where counts are logarithms, dB; 0 where they are not."""
 
 
 class Decimation(NamedTuple):
@@ -51,10 +58,12 @@ class Decimation(NamedTuple):
 
 def sample_scale(dtype: np.dtype[np.generic], scale: Scale, factor: float) -> SampleScale:
     """Return how samples of a type become amplitudes; float samples and linear counts need no table."""
-    if dtype.kind == "f" or scale == "linear":
-        return SampleScale(scale, factor, None)
-    counts = np.arange(2 ** (8 * dtype.itemsize), dtype=np.float64)
-    return SampleScale(scale, factor, _from_log(counts, scale, factor).astype(np.float32))
+    db_a_count = 0.0 if scale == "linear" else 20.0 / factor if scale == "log8" else factor
+    table = None
+    if dtype.kind == "u" and scale != "linear":
+        counts = np.arange(2 ** (8 * dtype.itemsize), dtype=np.float64)
+        table = _from_log(counts, scale, factor).astype(np.float32)
+    return SampleScale(scale, factor, table, full_scale(dtype), db_a_count)
 
 
 def to_amplitude(frame: AnyArray, columns: Decimation, scale: SampleScale, out: Image) -> None:
@@ -80,21 +89,6 @@ def _from_log(values: Floats, scale: Scale, factor: float) -> Floats:
     return np.asarray(10.0 ** np.clip(decades, -limit, limit))
 
 
-def average_counts(frame: AnyArray, columns: Decimation, out: AnyArray) -> None:
-    """Fill columns of out with the means of those of frame, rounded down; both unsigned.
-
-    `mean_offset` is what is to be added.
-    """
-    native.average_counts(frame, columns, out)
-
-
 def mean_offset(stride: int) -> np.float32:
-    """Return what makes amplitudes of `average_counts`: half a count, and what rounding down takes on average."""
+    """Return what makes amplitudes of rounded-down means of counts: half a count, and what rounding takes."""
     return np.float32(0.5 + 0.5 * (stride - 1) / stride)
-
-
-def db_a_count(ping: Ping) -> float:
-    """Return what a count is worth where counts are logarithms, dB; 0 where they are not."""
-    if ping.scale == "linear":
-        return 0.0
-    return 20.0 / ping.scale_factor if ping.scale == "log8" else ping.scale_factor

@@ -6,6 +6,9 @@
 #include "ods/pipeline/image/missing/no_data.h"
 #include "ods/pipeline/image/samples/samples.h"
 
+/* So many: a share is known to a hundredth or two then. */
+#define LOOKED_AT 1024
+
 typedef struct {
     const float *values;
     int64_t count;

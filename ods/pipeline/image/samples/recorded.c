@@ -1,9 +1,7 @@
 /* Samples without data, in cells of the image that are means of several. */
 
+#include "ods/pipeline/image/missing/fill.h"
 #include "ods/pipeline/image/samples/recorded.h"
-
-/* To either side; fewer would make cells that lack a sample noisier than the others. */
-#define CELLS_AROUND 4
 
 /* Returns the mean of those of samples `begin` to `stop` - 1 that hold data. */
 static double mean_of_data(const float *row, const bool *gaps, int64_t begin, int64_t stop)
@@ -31,7 +29,7 @@ static void store_sample(char *row, char type, int64_t column, double value)
 /* Gives the samples without data of a cell that has some, from `first` on, the mean of those around that hold data. */
 static void lend_to_cell(const float *row, const bool *gaps, int64_t first, Recorded recorded, char *out)
 {
-    const int64_t stop = first + recorded.stride, reach = CELLS_AROUND * recorded.stride;
+    const int64_t stop = first + recorded.stride, reach = NEIGHBOURS * recorded.stride;
     int64_t lost = 0;
     for (int64_t j = first; j < stop; j++)
         lost += gaps[j];
@@ -44,12 +42,12 @@ static void lend_to_cell(const float *row, const bool *gaps, int64_t first, Reco
         }
 }
 
-/* Gives samples without data, in cells that have some, the mean of those within CELLS_AROUND that hold data.
+/* Gives samples without data, in cells that have some, the mean of those within NEIGHBOURS cells that hold data.
    out: a copy of the samples. */
 KERNEL(lend_samples, RECORDED ", rows out u1|u2|f4[beams,:] out")
 {
     const Recorded recorded = recorded_at(arguments);
-    const Samples samples = recorded.samples, out = SAMPLES(RECORDED_ARGUMENTS);
+    const Samples samples = recorded.samples, out = SAMPLES(arguments_of(RECORDED));
     float *row = SCRATCH(float, samples.samples);
     if (recorded.missing.marks == NULL || out.type != samples.type || out.samples != samples.samples)
         return;
@@ -59,7 +57,7 @@ KERNEL(lend_samples, RECORDED ", rows out u1|u2|f4[beams,:] out")
         for (int64_t k = 0; k < recorded.columns; k++) {
             const int64_t first = recorded.origin[k];
             if (first >= 0 && first + recorded.stride <= samples.samples)
-                lend_to_cell(row, gaps, first, recorded, ARRAY(char, RECORDED_ARGUMENTS) + b * out.row_bytes);
+                lend_to_cell(row, gaps, first, recorded, (char *)out.data + b * out.row_bytes);
         }
     }
 }
@@ -70,10 +68,10 @@ KERNEL_BOOL(cells_without_data, RECORDED ", out b1[beams,columns] cells")
     const Recorded recorded = recorded_at(arguments);
     const int64_t samples = recorded.samples.samples;
     bool any = false;
-    memset(ARRAY(bool, RECORDED_ARGUMENTS), false, (size_t)(recorded.beams * recorded.columns));
-    for (int64_t b = 0; b < recorded.beams && recorded.missing.marks != NULL; b++) {
+    bool *cells = ARRAY(bool, arguments_of(RECORDED));
+    memset(cells, false, (size_t)(recorded.beams * recorded.columns));
+    for (int64_t b = 0; b < recorded.beams && recorded.missing.marks != NULL; b++, cells += recorded.columns) {
         const bool *gaps = recorded.missing.marks + b * recorded.missing.stride;
-        bool *cells = ARRAY(bool, RECORDED_ARGUMENTS) + b * recorded.columns;
         if (next_gap(gaps, 0, samples).begin == samples)
             continue;
         for (int64_t k = 0; k < recorded.columns; k++) {

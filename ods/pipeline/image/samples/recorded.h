@@ -19,8 +19,6 @@ typedef struct {
 
 /* What a kernel's signature says of it; the image is [beams,columns]. */
 #define RECORDED "rows u1|u2|f4[beams,:] recorded, i8[columns] origin, int stride, " MISSING
-/* Arguments that it takes. */
-#define RECORDED_ARGUMENTS 4
 
 /* arguments: from its first one on. */
 static inline Recorded recorded_at(const Argument *arguments)

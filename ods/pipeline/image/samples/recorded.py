@@ -5,12 +5,24 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import AnyArray, Ints, Ints32, Mask
-from ods.compiled import native
 from ods.pipeline.image.missing.no_data import ALL_DATA
 from ods.pipeline.image.regions import Regions
+from ods.pipeline.image.samples.amplitude import SampleScale
 
 RegionNumbers = Ints32
 """(beams, samples) number of the detection that a recorded sample belongs to, from 1; 0 for the background."""
+
+
+class Frame(NamedTuple):
+    """The recorded samples of a ping."""
+
+    samples: AnyArray
+    """(all beams, all samples)."""
+    scale: SampleScale
+    missing: Mask
+    """(all beams, all samples) those that hold no data; `ALL_DATA` if all do."""
+    number: int
+    """Of the ping, less than 2**32."""
 
 
 class Recorded(NamedTuple):
@@ -23,26 +35,6 @@ class Recorded(NamedTuple):
     stride: int
     missing: Mask = ALL_DATA
     """(beams, samples) those that hold no data; `ALL_DATA` if all do."""
-
-
-def with_samples_lent(recorded: Recorded) -> Recorded:
-    """Return the same with no sample without data in a cell that has some, as a cell is its samples' mean.
-
-    Such samples get the mean of those around that hold data.
-    """
-    if not recorded.missing.size or recorded.stride == 1:
-        return recorded
-    samples = recorded.samples.copy()
-    native.lend_samples(recorded, samples)
-    return recorded._replace(samples=samples)
-
-
-def cells_without_data(recorded: Recorded) -> Mask:
-    """Return the cells of the image, (beams, columns), whose samples all have no data; `ALL_DATA` if there are none."""
-    if not recorded.missing.size:
-        return ALL_DATA
-    cells = np.empty((len(recorded.samples), len(recorded.origin)), np.bool_)
-    return cells if native.cells_without_data(recorded, cells) else ALL_DATA
 
 
 def paint(regions: Regions, before: int, recorded: Recorded, numbers: RegionNumbers) -> None:

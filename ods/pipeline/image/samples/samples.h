@@ -14,6 +14,18 @@ typedef struct {
 
 #define SAMPLES(k) ((Samples){arguments[k].data, STRIDE(k) * sample_bytes(TYPE(k)), SIZE(k, 1), TYPE(k)})
 
+/* Samples that are judged together. */
+#define SAMPLES_OF_BLOCK 32
+
+/* What samples mean, by `SampleScale` of amplitude.py. */
+typedef struct {
+    double top;        /* full scale */
+    double db_a_count; /* what a count is worth where counts are logarithms; 0 where they are not */
+} Meaning;
+
+#define MEANING "float top, float db_a_count"
+#define MEANING_AT(k) ((Meaning){FLOAT(k), FLOAT((k) + 1)})
+
 static inline int64_t sample_bytes(char type)
 {
     return type == 'B' ? 1 : type == 'H' ? 2 : 4;

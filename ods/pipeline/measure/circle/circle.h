@@ -12,8 +12,6 @@
 #include "ods/pipeline/measure/circle/enclosing_circle.h"
 #include "ods/pipeline/measure/circle/outline.h"
 
-/* Standard deviation of a Gaussian directivity in units of its -3 dB width (full width at half intensity). */
-#define SIGMA_OF_WIDTH (1.0 / 2.3548)
 /* Phi(x) is 1 / (1 + exp(-1.702 x)) to within 0.01. */
 #define LOGIT_OF_PROBIT 1.702
 /* Exponent of the outermost beam's share: a round body is darker at its edge [SSIE eq. 3] even without a beam's blur.
@@ -79,7 +77,7 @@ static inline double overhang(const double *beam, const double *bearing, int64_t
             break;
     }
     const double share = held(pow(beam[0] / larger(1e-30, inner), LIMB), 1e-6, 0.999);
-    const double outside = SIGMA_OF_WIDTH * blur * log(share / (1.0 - share)) / LOGIT_OF_PROBIT;
+    const double outside = (1.0 / FULL_WIDTH) * blur * log(share / (1.0 - share)) / LOGIT_OF_PROBIT;
     return smaller(0.5 * cell, larger(-larger(cell, blur), outside));
 }
 

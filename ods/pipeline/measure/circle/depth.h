@@ -13,9 +13,8 @@
    body that shines all over stays level. */
 #define FRONT_MIDDLE 0.41
 #define BODY_MIDDLE 0.47
-/* Share of the level where the crest of a step begins, and of the rise from half of it where a Gaussian gets there. */
+/* Share of the level where the crest of a step begins. */
 #define TOP 0.97f
-#define BEFORE_TOP 0.79
 /* An echo of which the mean level is less than this, in multiples of the background, may be a fragment of its body, */
 #define WEAK 3.5
 /* and below this there is a standard deviation of how much nearer its body begins. */
@@ -92,7 +91,8 @@ static inline double rise_of(const Region *region, Run run, const FanTable *fan,
     const float top = TOP * row[crest];
     while (crest > run.first && row[crest - 1] >= top)
         crest--;
-    rise = smaller((fan->range0_m + (double)crest * fan->dr_m - near_m) / BEFORE_TOP, rise);
+    const double before_top = 1.0 - sqrt(log(TOP) / log(0.5)); /* of the rise from half of it, for a Gaussian */
+    rise = smaller((fan->range0_m + (double)crest * fan->dr_m - near_m) / before_top, rise);
     return larger(0.5 * fan->dr_m, rise);
 }
 

@@ -8,19 +8,19 @@
 #include "ods/pipeline/measure/circle/circle.h"
 #include "ods/pipeline/measure/echo.h"
 
-#define FEATURES 15
 /* Widths of a point; nothing is taken to be shorter or narrower. */
 #define LEAST_EXTENT 0.25
 
-/* Fills values (FEATURES,) with the features of an echo, of which levels, extents and circle are filled in, in the order
-   of features.Features. point_m: width of a point along the line of sight; dr_m: the columns' spacing. */
+/* Fills values with the features of an echo, of which levels, extents and circle are filled in, in the order
+   of features.Features. point_m: width of a point along the line of sight; dr_m: the columns' spacing;
+   room: how many fit. */
 static inline void find_features(const Echo *echo, const Depth *depth, const Shape *shape, double point_m, double dr_m,
-                                 double *filled)
+                                 double *filled, int64_t room)
 {
     const double least = LEAST_EXTENT * point_m;
     const double long_m = larger(least, shape->long_m), wide_m = larger(least, shape->wide_m);
     const double radius = larger(0.5 * least, echo->radius_m), blur_m = shape->blur_m;
-    const double values[FEATURES] = {
+    const double values[] = {
         held((depth->middle - 0.5) / 0.1, -2.0, 2.0),
         shape->whole,
         shape->roundness,
@@ -37,7 +37,7 @@ static inline void find_features(const Echo *echo, const Depth *depth, const Sha
         held((double)echo->cells * dr_m / (shape->beams * larger(dr_m, echo->range_extent_m)), 0.0, 1.0),
         log(held(shape->contrast, 1.0, 12.0)),
     };
-    memcpy(filled, values, sizeof values);
+    memcpy(filled, values, (size_t)smaller_i(room, sizeof values / sizeof *values) * sizeof *values);
 }
 
 #endif

@@ -10,20 +10,18 @@
 
 /* Standard deviation of what is rounded to whole columns, in columns: no place along the line of sight or across it is
    claimed to be known better. */
-#define ROUNDING 0.289
+#define ROUNDING sqrt(1.0 / 12.0)
 /* Logarithms of standard deviations in widths of a point that the law may claim. */
 #define LEAST_LOG -3.0
 #define MOST_LOG 5.0
+/* A place at the sonar itself has some bearing, too. */
 #define NEAREST_M 1e-3
-
-/* Numbers in the first layer. */
-#define WIDTH 24
 
 /* Its factors, the last row of each the constants. */
 typedef struct {
-    const double *hidden; /* (inputs + 1, WIDTH); of the first features */
-    const double *out;    /* (WIDTH + 1, outputs) */
-    int64_t inputs, outputs;
+    const double *hidden; /* (inputs + 1, width); of the first features */
+    const double *out;    /* (width + 1, outputs) */
+    int64_t inputs, width, outputs;
 } Law;
 
 typedef struct {
@@ -31,9 +29,7 @@ typedef struct {
 } Laws;
 
 /* What a signature says of both. */
-#define LAWS "f8[15,24] sigmas_hidden, f8[25,3] sigmas_out, f8[16,24] range_hidden, f8[25,1] range_out"
-/* Arguments that they take. */
-#define LAWS_ARGUMENTS 4
+#define LAWS "f8[:,:] sigmas_hidden, f8[:,3] sigmas_out, f8[:,:] range_hidden, f8[:,1] range_out"
 
 /* Standard deviations. */
 typedef struct {
@@ -43,7 +39,13 @@ typedef struct {
 /* arguments: its two arrays. */
 static inline Law law_at(const Argument *arguments)
 {
-    return (Law){ARRAY(const double, 0), ARRAY(const double, 1), SIZE(0, 0) - 1, SIZE(1, 1)};
+    return (Law){ARRAY(const double, 0), ARRAY(const double, 1), SIZE(0, 0) - 1, SIZE(0, 1), SIZE(1, 1)};
+}
+
+/* Whether a law's factors fit one another, and so many features. */
+static inline bool fits(Law law, const Argument *arguments, int64_t features)
+{
+    return 0 <= law.inputs && law.inputs <= features && SIZE(1, 0) == law.width + 1;
 }
 
 /* arguments: from the first one on. */
@@ -68,15 +70,16 @@ static inline double saturated(double x)
 /* Fills sums (outputs,) with the logarithms of the variances, in widths of a point. */
 static inline void find_outputs(const double *features, Law law, double *sums)
 {
-    double totals[WIDTH];
-    memcpy(totals, law.hidden + law.inputs * WIDTH, sizeof totals);
+    const int64_t width = law.width;
+    double *totals = SCRATCH(double, width);
+    memcpy(totals, law.hidden + law.inputs * width, (size_t)width * sizeof *totals);
     for (int64_t i = 0; i < law.inputs; i++)
-        for (int64_t j = 0; j < WIDTH; j++)
-            totals[j] += features[i] * law.hidden[i * WIDTH + j];
-    memcpy(sums, law.out + WIDTH * law.outputs, (size_t)law.outputs * sizeof *sums);
-    for (int64_t j = 0; j < WIDTH; j++)
+        for (int64_t j = 0; j < width; j++)
+            totals[j] += features[i] * law.hidden[i * width + j];
+    memcpy(sums, law.out + width * law.outputs, (size_t)law.outputs * sizeof *sums);
+    for (int64_t j = 0; j < width; j++)
         totals[j] = saturated(totals[j]);
-    for (int64_t j = 0; j < WIDTH; j++)
+    for (int64_t j = 0; j < width; j++)
         for (int64_t k = 0; k < law.outputs; k++)
             sums[k] += totals[j] * law.out[j * law.outputs + k];
 }
