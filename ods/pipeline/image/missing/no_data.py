@@ -8,7 +8,7 @@ import numpy as np
 from ods.base.arrays import AnyArray, Indices, Mask
 from ods.compiled import native
 from ods.messages import Ping
-from ods.pipeline.image.samples.amplitude import FULL_SCALE
+from ods.pipeline.image.samples.amplitude import full_scale
 
 ALL_DATA: Mask = np.zeros((0, 0), np.bool_)
 """Stands for a mask (beams, samples) in which nothing is marked."""
@@ -48,7 +48,7 @@ def samples_without_data(ping: Ping, frame: AnyArray, first: int) -> Mask:
 
 def _found(ping: Ping, frame: AnyArray, first: int) -> Mask:
     """Return what the samples themselves say."""
-    stuck = _stuck_beams(frame, first, FULL_SCALE[ping.dtype])
+    stuck = _stuck_beams(frame, first, full_scale(frame.dtype))
     starts = np.empty(len(frame), np.int64)
     # logarithms of floats have no value that stands for silence
     silence = ping.dtype != "f4" or ping.scale == "linear"
