@@ -27,7 +27,6 @@ from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
 
 ARRAYS = ("t", "auv_pos", "auv_rpy", "det")
-"""m, or rad: no number of a pose is farther from 0; the earth is no larger."""
 
 
 class ScenarioError(OdsError):

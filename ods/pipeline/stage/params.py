@@ -172,7 +172,8 @@ class GroupParams(Settings, frozen=True):
     strongest: Annotated[Fraction, slider(0.01, 1.0, step=0.01)] = 1.0
     """A region must contain one of the ping's strongest samples, this share: equalization raises silent parts."""
     border: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 4.0, step=0.05)] = 1.0
-    """Factor on the threshold within 2 beams or 4 range samples of the border, where filters double the noise."""
+    """Factor on the threshold within 2 beams (of 16 or more) or 4 range samples (of 32 or more) of the border, where
+    filters double the noise."""
     split_db: Annotated[NonNegative, slider(0.0, 12.0, step=0.25, unit="dB")] = 0.0
     """Depth of a valley that splits a region; 0: never."""
 
