@@ -52,6 +52,8 @@ def run(args: Namespace) -> None:
     for what, count in sorted(recording.losses.items()):
         if not args.json:
             print(f"{what}: {count}")
+    if not results:
+        raise OdsError(f"{args.file}: no pings in it")
     if args.out is not None:
         _written(args.out, partial(offline.save_npz, args.out, results))
     if any(pictures):

@@ -298,7 +298,7 @@ class NmeaSettings(Settings, frozen=True):
     held: dict[str, HeldSettings] = msgspec.field(
         default_factory=lambda: {name: HeldSettings(max_age_s=1.5) for name in ("GGA", "RMC", "GST")}
     )
-    """Sentences that are held, by name without talker."""
+    """Age limits by name without talker. Left out: 1.5 s for GGA, RMC, GST; a sentence that is not named has 0.5 s."""
 
     @property
     def look_at(self) -> str:

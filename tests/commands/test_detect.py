@@ -15,6 +15,7 @@ from ods.pipeline.settings import AttentionSettings, PipelineSettings
 from ods.pipeline.stage.watch import RECORDED, StageImage
 from ods.sonar_link.files.npz_writer import write_ping_file
 from tests.pipeline.pings import make_ping
+from tests.recording.mcap_samples import pose, write_segment
 
 pytestmark = pytest.mark.slow
 
@@ -82,6 +83,12 @@ def test_pictures_that_cannot_be_are_one_line(folder: Path, capsys: pytest.Captu
     assert capsys.readouterr().err == "ods detect: --sheet: 49 pings, and 48 fit: choose some by --pings\n"
     assert main(["detect", "pings.npz", "--pings", "0", "--plot-stages", "none/stages.png", "--quiet"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_recording_without_a_ping_is_one_line(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_segment(folder / "silent.mcap", [("pose", 1_009_000_000, pose(0, 1_000_000_000))])
+    assert main(["detect", "silent.mcap", "--quiet", "--sheet", "sheet.png"]) == 2
+    assert capsys.readouterr().err == "ods detect: silent.mcap: no pings in it\n"
 
 
 @pytest.mark.usefixtures("registers")

@@ -115,10 +115,11 @@ def parse(line: bytes) -> Sentence:
     if "*" not in text:
         raise NoChecksumError
     try:
-        parts = pynmea2.parse(text, check=True).data
+        sentence = pynmea2.parse(text, check=True)
     except Exception as error:  # ValueErrors of its own, and whatever else a malformed sentence runs into
         raise BadSentenceError from error
-    return Sentence(talker, name, parts if talker else parts[1:])  # a maker's begin with the rest of its name
+    # a maker's class in pynmea2 may keep parts for itself, as Nortek's does
+    return Sentence(talker, name, sentence.data if talker else text.partition("*")[0].split(",")[1:])
 
 
 def read(sentence: Sentence) -> SentenceFields:
