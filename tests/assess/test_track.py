@@ -11,10 +11,11 @@ from ods.assess.track import reference, scenarios
 from ods.assess.track.case import FALSE, MERGED, Case, World, hidden, merged, observe, polar, save_case
 from ods.assess.track.figures import paper_figures
 from ods.assess.track.measure import nees_band
-from ods.assess.track.record import ID, SCAN, STATUS, Record
+from ods.assess.track.record import ID, SCAN, STATUS, Record, follow_ours
 from ods.assess.track.scores import score
 from ods.tracker import scenario
 from ods.tracker.existence import lifecycle
+from ods.tracker.settings import TrackerSettings
 
 pytestmark = pytest.mark.slow
 
@@ -200,3 +201,11 @@ def test_the_worked_example_goes_as_in_the_paper(tmp_path: Path) -> None:
     assert new.stand_by == pytest.approx(41.0, abs=1.0)
     assert other.ended is None
     assert cli.main(["assess", "track", "--figures", str(tmp_path / "figures.png")]) == 0
+
+
+def test_among_false_alarms_objects_are_confirmed_as_soon_as_the_page_says() -> None:
+    """A tenfold share of clutter in calm water took 0.74 s instead of 0.39, and no other test noticed."""
+    case = scenarios.make("50 false alarms", 0)
+    ours = score(case, follow_ours(case.scenario, TrackerSettings()))
+    assert ours.latency_s < 0.5
+    assert ours.in_view < 1.2 * score(case, reference.follow_reference(case)).in_view

@@ -162,7 +162,7 @@ def test_tracks_that_end_teach_what_clutter_is_like() -> None:
     """Of two tracks one ended, as clutter by 0.6 and as nothing by 0.3; then a scan in which nothing ends."""
     clutter = ClutterStatistics()
     tracks = table(2, visible=0.1, clutter=0.6, nothing=0.3)
-    calm = M.new_share / M.many**2
+    calm = 0.1 * M.new_share / M.many**2
     assert share_of(clutter) == pytest.approx(calm)
     learn(clutter, tracks, np.array([True, False]))
     learn(clutter, tracks, np.zeros(2, bool))
@@ -178,7 +178,7 @@ def test_the_share_of_clutter_rises_with_echoes_that_measure_a_strength() -> Non
     clutter = ClutterStatistics()
     for _ in range(3):
         count(clutter, [14.0, 16.0, 19.0])
-    assert share_of(clutter) == pytest.approx(M.new_share * (1.0 + 9.0) / (M.many**2 + 9.0))
+    assert share_of(clutter) == pytest.approx(M.new_share * (0.1 + 9.0) / (M.many**2 + 9.0))
 
 
 def test_the_next_one_goes_on_with_the_same_statistics_and_refuses_nonsense() -> None:

@@ -248,7 +248,7 @@ static double echoes_a_scan(const Counts *counts)
 static double clutter_share_of(const Counts *counts, const Model *m)
 {
     const double echoes = square(echoes_a_scan(counts));
-    const double prior = m->new_share * (1.0 + echoes) / (square(m->many) + echoes);
+    const double prior = m->new_share * (0.1 + echoes) / (square(m->many) + echoes);
     return (counts->clutter_tracks + m->share_tracks * prior) / (counts->ended_tracks + m->share_tracks);
 }
 

@@ -62,7 +62,7 @@ class ExistenceModel(NamedTuple):
     """Share of clutter among false tracks before any ended, where many echoes a scan measure a strength: the chain
     leaves few of noise;"""
     many: float = 10.0
-    """half of that with this number, and next to none in calm water: (1 + echoes^2) / (many^2 + echoes^2)."""
+    """half of that with this number, and next to none in calm water: (0.1 + echoes^2) / (many^2 + echoes^2)."""
     share_tracks: float = 30.0
     """Weight of that prior, tracks."""
     memory: float = 0.99
