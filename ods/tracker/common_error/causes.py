@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -168,9 +169,8 @@ def explanations(reduced: Reduced, causes: tuple[Cause, ...]) -> list[Finding]:
 
 def too_much(found: list[Finding], convoy: bool) -> list[str]:
     """Return why a list is not valid for the errors that may be, best first; convoy: see `Finding.is_too_much`."""
-    return [str(each) for each in found if each.is_too_much(convoy) and each.fit.gain >= NO_LESS * found[0].fit.gain][
-        :1
-    ]
+    worst = (each for each in found if each.is_too_much(convoy) and each.fit.gain >= NO_LESS * found[0].fit.gain)
+    return [str(each) for each in islice(worst, 1)]
 
 
 def estimate(reduced: Reduced, cause: Cause) -> Finding | None:

@@ -8,7 +8,7 @@ import msgspec
 from ods.base.errors import OdsError
 from ods.tracker.map.map_object import MapObject
 
-PACKET_BYTES = 0x4_0000
+PACKET_BYTES = 1 << 18
 OBJECTS_A_PACKET = 200
 """80 kB: Linux takes no packet larger than its send buffer, 200 kB as a rule."""
 FIRST_DELAY_S, LONGEST_DELAY_S = 0.5, 15.0

@@ -14,7 +14,7 @@ MOST_OBJECTS = MOST_BYTES // 1000
 """As each takes about 1 kB in memory; a million is read in 3 s."""
 FARTHEST_M = 1e7
 """No place, no size and no standard deviation is larger: the earth is not."""
-MOST_TIMES_SEEN = 0x20_0000_0000_0000
+MOST_TIMES_SEEN = 1 << 53
 HIGHEST_ID = PROVISIONAL_IDS + MOST_TIMES_SEEN
 
 _OURS = ("object", "mission", "place")
