@@ -515,6 +515,15 @@ def test_a_window_longer_than_the_period_is_said() -> None:
     assert bench.source.problems(6 * PERIOD) == ["epochs come every 10.0 ms: nav.dbc.window_s must be shorter"]
 
 
+def test_one_short_step_says_nothing_of_the_window() -> None:
+    """A busy device measures one instant late, and the next in time."""
+    bench = Bench()
+    bench.run(*range(1, 21))
+    bench.epoch(21, us=FIRST_US + 21 * 10_000 + 3_000, late_ns=3 * MS)
+    bench.run(22)
+    assert bench.source.problems(22 * PERIOD + GAP) == []
+
+
 @pytest.mark.parametrize(
     ("status", "parts"),
     [(0xF0, []), (0xE4, ["attitude"]), (0xD4, ["attitude"]), (0xB4, ["velocity"]), (0x74, ["position"]),

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from ods.nav_bridge.clocks.ins_clock import InsClock
 from ods.nav_bridge.dbc.burst import CLEARLY_LONGER, LEAST_SILENCE_NS
 from ods.nav_bridge.dbc.epoch_order import EpochOrder
+from ods.nav_bridge.dbc.period import Period
 from ods.nav_bridge.dbc.signal_map import Clock, DbcMap, DbcMessage
 
 SKIPPED = 1.5
@@ -39,8 +40,7 @@ class DbcEpochAssembler:
     """
 
     def __init__(self, dbc: DbcMap, window_ns: int, jump_ns: int, counters: Counter[str]) -> None:
-        self.step_ns = 0
-        """Between the instants of the two newest complete epochs."""
+        self.period = Period()
         self._labels = {message.can_id: message.label for message in dbc.epoch}
         self._order = EpochOrder(dbc.epoch, dbc.order_specified)
         self._window_ns = window_ns
@@ -53,7 +53,8 @@ class DbcEpochAssembler:
         self._values: dict[str, float] = {}
         self._instant_ns = 0
         self._frame_ns = self._silence_ns = self._longest_gap_ns = 0
-        self._last_ns: int | None = None
+        self._step_ns = 0
+        """Between the instants of the two newest complete epochs."""
         self._held: DbcEpoch | None = None
 
     def take(self, message: DbcMessage, counts: dict[str, float], t_ns: int) -> DbcEpoch | None:
@@ -108,7 +109,7 @@ class DbcEpochAssembler:
         self._counters["ins_clock_jumps"] = self._clock.estimator.jumps
         self._counters["ins_clock_wild"] = self._clock.estimator.wild
         held, self._held = self._held, None
-        if held is None or not self._skips(self._instant_ns - held.t_ns, self.step_ns):
+        if held is None or not self._skips(self._instant_ns - held.t_ns, self._step_ns):
             return held
         self._counters["epoch_late"] += 1
         return None
@@ -127,9 +128,8 @@ class DbcEpochAssembler:
         self._sound = False
 
     def _finish(self, t_ns: int) -> DbcEpoch | None:
-        last_ns, self._last_ns = self._last_ns, self._instant_ns
-        before_ns, self.step_ns = self.step_ns, self._instant_ns - last_ns if last_ns is not None else 0
-        proven = self._sound and not self._skips(self.step_ns, before_ns)
+        before_ns, self._step_ns = self._step_ns, self.period.add(self._instant_ns)
+        proven = self._sound and not self._skips(self._step_ns, before_ns)
         self._next, self._sound, self._breaks_at = 0, True, ""
         if not proven:
             self._counters["epoch_unproven"] += 1

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 from ods.nav_bridge.clocks.ins_clock import InsClock
 from ods.nav_bridge.dbc.epoch import DbcEpoch
+from ods.nav_bridge.dbc.period import Period
 from ods.nav_bridge.dbc.signal_map import DbcMap, DbcMessage
 
 
@@ -16,8 +17,7 @@ class SharedNumberAssembler:
     """
 
     def __init__(self, dbc: DbcMap, window_ns: int, jump_ns: int, counters: Counter[str]) -> None:
-        self.step_ns = 0
-        """Between the instants of the two newest complete epochs."""
+        self.period = Period()
         self._labels = {message.can_id: message.label for message in dbc.epoch}
         self._window_ns = window_ns
         self._clock = InsClock(jump_ns, dbc.clock.wraps_at, dbc.clock.tick_ns) if dbc.clock else None
@@ -27,7 +27,6 @@ class SharedNumberAssembler:
         self._lacked = ""
         self._values: dict[str, float] = {}
         self._first_ns = self._instant_ns = 0
-        self._last_ns: int | None = None
 
     def take(self, message: DbcMessage, counts: dict[str, float], t_ns: int) -> DbcEpoch | None:
         """Take the raw counts of one message of the epoch; return the epoch that it completes."""
@@ -65,8 +64,7 @@ class SharedNumberAssembler:
         self._first_ns = self._instant_ns = t_ns
 
     def _finish(self, t_ns: int) -> DbcEpoch | None:
-        last_ns, self._last_ns = self._last_ns, self._instant_ns
-        self.step_ns = self._instant_ns - last_ns if last_ns is not None else 0
+        self.period.add(self._instant_ns)
         self._lacked = ""
         if t_ns - min(self._first_ns, self._instant_ns) > self._window_ns:
             self._counters["epoch_late"] += 1

@@ -191,9 +191,9 @@ class DbcSource(CanSource):
         """Yield why epochs do not become poses though all their messages come."""
         if now_ns - self._pose_ns > self._stale_ns and not silent:
             yield from self._assembler.objections()
-        if self._map.clock is not None and 0 < self._assembler.step_ns < self._window_ns:
-            step_ms = 1e3 * self._assembler.step_ns / NS
-            yield f"epochs come every {step_ms:.1f} ms: nav.dbc.window_s must be shorter"
+        period_ns = self._assembler.period.ns
+        if self._map.clock is not None and 0 < period_ns < self._window_ns:
+            yield f"epochs come every {1e3 * period_ns / NS:.1f} ms: nav.dbc.window_s must be shorter"
 
 
 def _slot(message: DbcMessage, settings: HeldSettings) -> HeldSlot:

@@ -47,6 +47,11 @@ const named = item.closest("[aria-label]")?.ariaLabel ?? field?.innerText;
 return named === label || named?.startsWith(`${label}:`) || words.includes(label);
 """
 MOST_TABS = 150
+DIALOG_HAS_FOCUS = """
+const dialog = [...document.querySelectorAll(".q-dialog")].pop();
+return !dialog || dialog.contains(document.activeElement);
+"""
+"""It takes the focus once it has grown: until then Tab goes through the page behind it."""
 
 
 class Hand:
@@ -67,7 +72,7 @@ class Hand:
             found: WebElement | None = self.window.execute_script(FIND, label, within)
             return found is not None and self._clicked(found)
 
-        until(pressed)
+        until(pressed, f"{label!r} to press")
         self.clicks += 1
 
     def choose(self, label: str, option: str) -> None:
@@ -96,6 +101,7 @@ class Hand:
 
     def tab_to(self, label: str, within: str = "") -> None:
         """Press Tab until the focus is on what is called so, inside an element that a selector names."""
+        until(lambda: self.window.execute_script(DIALOG_HAS_FOCUS))
         for _ in range(MOST_TABS):
             self.key(Keys.TAB)
             if self.window.execute_script(HAS_FOCUS, label, within):
@@ -117,6 +123,8 @@ class Hand:
 
     def _clicked(self, element: WebElement) -> bool:
         try:
+            if not waiting.is_at_rest(self.window, element):
+                return False
             element.click()
         except (ElementClickInterceptedException, ElementNotInteractableException, StaleElementReferenceException):
             return False

@@ -13,16 +13,21 @@ from selenium.webdriver.remote.webelement import WebElement
 
 LONGEST_S = 60.0
 TEXT = "return document.body.innerText"
+AT_REST = """
+const [element, done] = arguments, frame = () => new Promise(requestAnimationFrame);
+const at = () => JSON.stringify(element.getBoundingClientRect());
+(async () => { await frame(); const before = at(); await frame(); await frame(); done(before === at()); })();
+"""
 
 
-def until(found: Callable[[], Any]) -> Any:
-    """Wait until something is so, and return it."""
+def until(found: Callable[[], Any], what: str = "it") -> Any:
+    """Wait until something is so, and return it. what: is waited for, for the message."""
     ends_s = time.monotonic() + LONGEST_S
     while time.monotonic() < ends_s:
         if value := found():
             return value
         time.sleep(0.05)
-    raise AssertionError("it never came")
+    raise AssertionError(f"{what} never came")
 
 
 def wait_for(window: webdriver.Chrome, text: str) -> None:
@@ -33,13 +38,21 @@ def wait_for(window: webdriver.Chrome, text: str) -> None:
         time.sleep(0.1)
 
 
+def is_at_rest(window: webdriver.Chrome, element: WebElement) -> bool:
+    """Return whether an element stays where it is: a dialog grows as it opens, and a click at where it was misses."""
+    return bool(window.execute_async_script(AT_REST, element))
+
+
 def click(window: webdriver.Chrome, selector: str, label: str = "") -> None:
     """Click at the element that is seen and whose text ends so, as soon as nothing that moves in covers it."""
 
     def clicked() -> bool:
         try:
             found = window.find_elements(By.CSS_SELECTOR, selector)
-            next(each for each in found if each.is_displayed() and each.text.strip().endswith(label)).click()
+            seen = next(each for each in found if each.is_displayed() and each.text.strip().endswith(label))
+            if not is_at_rest(window, seen):
+                return False
+            seen.click()
         except (ElementClickInterceptedException, StaleElementReferenceException, StopIteration):
             return False
         return True
