@@ -129,7 +129,7 @@ class BusSettings(Settings, frozen=True):
     """Sockets and locks; under 80 characters. Left out: /run/ods for root and where it exists, else
     $XDG_RUNTIME_DIR/ods, else ~/.local/state/ods/run."""
     keys: Path | None = None
-    """Other computers' keys (`ods keys`), owned by the processes' user."""
+    """Folder of other computers' keys (`ods keys`), owned by the processes' user."""
     listen: tuple[ListenSettings, ...] = ()
     """For other computers, encrypted."""
 

@@ -16,7 +16,7 @@ Triple = tuple[float, float, float]
 
 
 class Waypoint(Settings, frozen=True, kw_only=True):
-    """A place and the time to be there."""
+    """A position and the time at which it is reached."""
 
     t_s: float
     """Scene time."""
@@ -32,7 +32,7 @@ class Path(Settings, frozen=True, kw_only=True):
     velocity_ned: Triple = (0.0, 0.0, 0.0)
     """Constant velocity from there, m/s."""
     waypoints: list[Waypoint] = msgspec.field(default_factory=list)
-    """Two or more, instead of position_ned; before and after them the end velocities hold."""
+    """Two or more, instead of position_ned; before and after them the velocity is constant."""
 
     def __post_init__(self) -> None:
         if (self.position_ned is None) == (not self.waypoints):
