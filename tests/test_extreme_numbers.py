@@ -143,7 +143,7 @@ def test_what_cannot_be_is_refused_where_it_is_decoded(
     assert sent(message | change, kind) is None
 
 
-BUSY_DISK = "the disk of the run folder does not answer"
+BUSY_DISK = "the disk of the run folder does not respond"
 
 
 class TrackerAlone:

@@ -186,7 +186,7 @@ def _missed(summary: Summary, limits: BenchLimits) -> dict[str, str]:
     if limits.tracked_share is not None and not summary.tracked_share >= limits.tracked_share:
         found["tracked_share"] = f"tracked_share is {summary.tracked_share:.3g}, the limit is {limits.tracked_share:g}"
     return found | {
-        name: f"{name} was back after {seconds:.1f} s, the limit is {limits.back_within_s:g}"
+        name: f"{name} restarted after {seconds:.1f} s, the limit is {limits.back_within_s:g}"
         for name, seconds in summary.back_s.items()
         if not seconds <= limits.back_within_s
     }

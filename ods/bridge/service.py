@@ -32,7 +32,7 @@ class BridgeWorker(ListWorker):
     Counters: sent_lists, sent_datagrams, left_out_obstacles, and those of `ListWorker` and `UdpSender`.
     """
 
-    needs = ": `to` says where to send"
+    needs = ": set `to`, the receiver's address"
 
     def __init__(self, service: Service, settings: BridgeConfig) -> None:
         super().__init__(service, settings)

@@ -27,7 +27,7 @@ def destination_of(to: str) -> Destination:
         url = urlsplit(to)
         address, port = ipaddress.ip_address(url.hostname or ""), url.port
     except ValueError:
-        raise ValueError(f"to: {to}: needs an IP address and a port, {EXAMPLE}: no name is looked up") from None
+        raise ValueError(f"to: {to}: needs an IP address and a port, {EXAMPLE}; names are not resolved") from None
     if url.scheme != "udp" or not port or url.path or url.query:
         raise ValueError(f"to: {to}: expected an address and a port, {EXAMPLE}")
     if address.is_multicast or address.is_unspecified or address == BROADCAST:
@@ -112,7 +112,7 @@ class Ros2Settings(ListSettings, frozen=True):
         for peer in self.peers:
             _refuse_no_computer(peer)
         if self.interface != LOOPBACK and not self.peers and not self.multicast:
-            raise ValueError(f"peers: must name the nodes' computers on {self.interface}, or multicast be true")
+            raise ValueError(f"peers: name the nodes' computers on {self.interface}, or set multicast = true")
 
 
 def _refuse_no_computer(peer: str) -> None:
@@ -120,7 +120,7 @@ def _refuse_no_computer(peer: str) -> None:
     try:
         address = ipaddress.ip_address(peer)
     except ValueError:
-        raise ValueError(f'peers: {peer}: needs an IP address, such as "192.168.2.5": no name is looked up') from None
+        raise ValueError(f'peers: {peer}: needs an IP address, such as "192.168.2.5"; names are not resolved') from None
     if address.is_multicast or address.is_unspecified or address == BROADCAST:
         raise ValueError(f"peers: {peer}: must be one computer")
 

@@ -24,6 +24,6 @@ def run(args: Namespace) -> None:
     found = (result.detections for result in offline.detect_pings(recording.pings, settings.pipeline))
     fit = calibrate(echoes_of(found, begin_ns), Rig(history, settings.sonar.mounting), args.depth)
     if not any(result.known for result in results_of(fit).values()):
-        raise OdsError("neither yaw, pitch nor latency follows from this recording: see docs/assess/calibrate.md")
+        raise OdsError("this recording determines neither yaw, pitch nor latency: see docs/assess/calibrate.md")
     for line in lines(fit, settings.sonar.mounting, settings.sonar.latency_ms):
         print(line)

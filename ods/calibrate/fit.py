@@ -52,7 +52,7 @@ def calibrate(echoes: Echoes, rig: Rig, depth_m: float | None = None, depth_sigm
     """
     echoes = echoes.take(np.flatnonzero(rig.history.knows(echoes.t_s, MARGIN_S)))
     if not len(echoes.ping):
-        raise OdsError("no detection at a time for which there is a pose")
+        raise OdsError("no detection has a pose at its time")
     chosen, guess = first_guess(echoes, rig)
     prior = guess, PRIOR
     if depth_m is not None:

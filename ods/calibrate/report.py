@@ -10,9 +10,9 @@ from ods.calibrate.fit import Fit
 TOLD_YAW_DEG, TOLD_PITCH_DEG, TOLD_LATENCY_S = 0.5, 1.0, 0.015
 """A standard error above this is no knowledge: 0.5 deg is 0.9 m at 100 m, 15 ms at 20 deg/s 0.3 deg."""
 TO_DETERMINE = {
-    "yaw": "pass the object on headings that differ more",
+    "yaw": "pass the object on more different headings",
     "pitch": "pass it higher and lower than it lies, off the bow to both sides, or give its --depth",
-    "latency": "turn to and fro while it is in view",
+    "latency": "turn back and forth while it is in view",
 }
 
 

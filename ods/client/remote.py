@@ -133,8 +133,8 @@ def _meaning(address: str, event: object) -> str:
         case {"event": zmq.EVENT_HANDSHAKE_FAILED_AUTH}:
             return f"{address} refuses this key"
         case {"event": zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL}:
-            return f"{address} has another key than `server` of the key file says, or is no ods"
+            return f"{address} has another key than `server` in the key file, or is not ods"
         case {"event": zmq.EVENT_HANDSHAKE_SUCCEEDED}:
-            return f"connected to {address}, where no new list comes"
+            return f"connected to {address}, but no new list arrives"
         case _:
             return ""

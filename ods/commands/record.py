@@ -21,8 +21,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--out", type=Path, metavar="DIR", help="record everything (default: in record.folder)")
     what.add_argument("--s7k", type=Path, metavar="FILE", help="record pings, contacts and poses; a new file")
-    what.add_argument("--finish", type=Path, metavar="PATH", help="complete recordings that were cut off: file, folder")
-    what.add_argument("--is-on", action="store_true", help="exit code 0 if `[record] on = true`, else 1; for systemd")
+    what.add_argument("--finish", type=Path, metavar="PATH", help="complete truncated recordings: file, folder")
+    what.add_argument(
+        "--is-on", action="store_true", help="exit with 0 if `[record] on = true`, otherwise 1; for systemd"
+    )
     parser.add_argument("--seconds", type=duration_s, metavar="S", help="default: until Ctrl-C or SIGTERM")
 
 
@@ -60,5 +62,5 @@ def _record(args: Namespace) -> None:
 
 def _new(folder: Path) -> Path:
     if any(folder.glob("*.mcap")):
-        raise RecordingError(f"{folder}: contains a recording already, and is not overwritten")
+        raise RecordingError(f"{folder}: already contains a recording, which is not overwritten")
     return folder.resolve()

@@ -69,9 +69,9 @@ def _column(stages: list[StageImage]) -> list[Drawn]:
     """Return what is drawn of one plane or ring; the image that the detector judged is drawn once."""
     *before, last = stages
     if before and np.array_equal(before[-1].image, last.image):
-        stages = [*before[:-1], last._replace(label=f"{before[-1].label}, judged by {last.label}")]
+        stages = [*before[:-1], last._replace(label=f"{before[-1].label}, detected by {last.label}")]
     elif last.levels:
-        stages = [*before, last._replace(label=f"{last.label}: what it compares with its levels")]
+        stages = [*before, last._replace(label=f"{last.label}: levels compared with the thresholds")]
     return [_drawn(stage) for stage in stages]
 
 

@@ -22,7 +22,7 @@ COLUMNS = (
 def add_arguments(parser: ArgumentParser) -> None:
     """Live or once, for people or for programs."""
     parser.epilog = COLUMNS
-    parser.add_argument("--once", action="store_true", help="look once; exit code 0: the list is valid, 1: it is not")
+    parser.add_argument("--once", action="store_true", help="print once; exit code 0: the list is valid, 1: it is not")
     parser.add_argument("--json", action="store_true", help="with --once: one JSON object instead of the table")
 
 

@@ -26,7 +26,7 @@ class ListenWorker(Worker[ListenConfig]):
     def __init__(self, service: Service, settings: ListenConfig) -> None:
         super().__init__(service, settings)
         if settings.bus.keys is None or not settings.bus.listen:
-            raise StartError("bus.listen: missing: set `at` (address) and `topics` (what may be received there)")
+            raise StartError("bus.listen: missing: set `at` (address) and `topics` (the topics served there)")
         folder = KeyFolder(settings.bus.keys)
         try:
             pair = folder.server()
@@ -76,7 +76,7 @@ class ListenWorker(Worker[ListenConfig]):
 
     def _note(self, asked: Asked) -> None:
         if not asked.name:
-            self.service.complain_once("refused_clients", f"{asked.address} has no key that is allowed: {asked.key}")
+            self.service.complain_once("refused_clients", f"{asked.address} has no allowed key: {asked.key}")
             return
         self.service.counters["admitted_clients"] += 1
         for door in self._doors:

@@ -53,7 +53,7 @@ def recorded_source(path: Path, fan: FanGeometry | None = None, site: LocalFrame
         return _segments_source(path, site)
     recording = open_pings(path, fan)
     if not recording.timed:
-        raise OdsError(f"{path}: its pings have no times, and images without times cannot be tracked")
+        raise OdsError(f"{path}: its pings have no times, so they cannot be tracked")
     poses, frame = way_of(path, recording, site)
     return Source(recording.pings, poses, truths_beside(path), recording.losses, frame)
 

@@ -56,7 +56,7 @@ class RecordWorker(Worker[RecordConfig]):
         said = self.scribe.problem
         since_ns = self.scribe.busy_since_ns
         if not said and since_ns and clock.monotonic_ns() - since_ns > STALLED_NS:
-            said = f"the disk does not answer for {(clock.monotonic_ns() - since_ns) / clock.NS:.0f} s: not recorded"
+            said = f"the disk has not responded for {(clock.monotonic_ns() - since_ns) / clock.NS:.0f} s: not recorded"
         if said and counters["dropped_messages"]:
             said += f"; {counters['dropped_messages']} messages lost"
         return [said] if said else []

@@ -42,7 +42,7 @@ class DetectionsPair(NamedTuple):
     data: bytes
     """As recorded."""
     again: Detections | None
-    """None: not to be had, see the counters."""
+    """None: not available, see the counters."""
 
 
 class ListPair(NamedTuple):

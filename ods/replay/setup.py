@@ -32,7 +32,7 @@ def recorded_config(recording: Recording) -> OnboardConfig:
     """Return the configuration that was recorded with. Raises OdsError."""
     text = recording.attachments.get(CONFIG)
     if text is None:
-        raise OdsError("the recording has no configuration: --config names one")
+        raise OdsError("the recording has no configuration: give one with --config")
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / CONFIG
         file.write_bytes(text)

@@ -164,8 +164,8 @@ def hindrance(run_dir: Path, process: str) -> str:
     except OSError:
         return f": {run_dir} has no socket of the {process}: does it run, and with this run_dir?"
     if not usable:
-        return f": no right to open {file}: {_who_may(asked)}"
-    return "" if _has_listener(file) else f": no {process} runs with run_dir {run_dir}: it has ended, or was killed"
+        return f": no permission to open {file}: {_who_may(asked)}"
+    return "" if _has_listener(file) else f": no {process} runs with run_dir {run_dir}: it has ended or was killed"
 
 
 def _has_listener(file: Path) -> bool:

@@ -36,7 +36,7 @@ log = logging.getLogger(__name__)
 POLL_S = 0.05
 GONE_S = 0.5
 """A killed process is gone sooner, unless the kernel waits in it for a disk or a device: that may take for ever."""
-HELD = "killed, but still waiting for a disk or a device that does not answer"
+HELD = "killed, but still waiting for a disk or device that does not respond"
 AT_WORK = 0.05
 """Share of the time: a process that runs or waits for a processor for longer while it starts is at work."""
 MOST_WATCHDOGS = 10
@@ -144,7 +144,7 @@ class Child:
             self._ended(popen.wait(GONE_S), now_s)
         except subprocess.TimeoutExpired:
             self.ready, self.busy, self.down = False, "", HELD if _waits_for_device(popen.pid) else f"killed; {STARVED}"
-            log.error("%s %s: restarting it when it has ended", self.name, self.down)
+            log.error("%s %s: restarting it once it has ended", self.name, self.down)
 
     def _start(self, now_s: float) -> None:
         environment = os.environ | {"NOTIFY_SOCKET": str(self._address), SUPERVISOR_PID: str(os.getpid())}

@@ -95,7 +95,7 @@ def objection(settings: "SonarSettings") -> str:
     if transport_of(settings.port) not in row.transports:
         spoken = ", ".join(sorted(row.transports))
         forms = " or ".join(PORT_FORMS[name] for name in sorted(row.transports))
-        return f"port: {settings.port}: {settings.protocol} is spoken over {spoken} only: write {forms}"
+        return f"port: {settings.port}: {settings.protocol} works over {spoken} only: write {forms}"
     for name in ("range_m", "power_db", "gain_db"):
         if getattr(settings, name) is not None and name not in row.knobs:
             where = f", see docs/sonars/{row.page}" if row.page else ""

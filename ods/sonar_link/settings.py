@@ -68,7 +68,7 @@ class SonarSettings(Settings, frozen=True):
 
     def __post_init__(self) -> None:
         if not self.port:
-            raise ValueError("port: must name a device")
+            raise ValueError("port: must be a device or an address")
         if self.protocol not in PROTOCOLS and PLUGINS.may_add(self.plugins):
             transport_of(self.port)  # the rest is checked when they are loaded
         elif wrong := objection(self):

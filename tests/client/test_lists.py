@@ -53,7 +53,7 @@ def test_a_missing_right_is_said_with_what_to_do(tmp_path: Path, monkeypatch: py
     monkeypatch.setattr(os, "access", lambda path, mode: False)  # as for a user who is not of the group
     socket = tmp_path / "tracker.sock"
     way_out = f"join the group {socket.group()} (and log in again), or run as {socket.owner()}"
-    wanted = f": no right to open {socket}: {way_out}"
+    wanted = f": no permission to open {socket}: {way_out}"
     assert bus.hindrance(tmp_path, "tracker") == wanted
     client = Obstacles(tmp_path, stale_s=0.1)
     assert client.next().reasons[0].endswith(wanted)
@@ -70,7 +70,7 @@ def test_a_socket_that_a_process_left_behind_is_said(tmp_path: Path) -> None:
         left.bind(str(tmp_path / "tracker.sock"))
         left.listen()
         assert bus.hindrance(tmp_path, "tracker") == ""
-    wanted = f": no tracker runs with run_dir {tmp_path}: it has ended, or was killed"
+    wanted = f": no tracker runs with run_dir {tmp_path}: it has ended or was killed"
     assert bus.hindrance(tmp_path, "tracker") == wanted
 
 

@@ -78,8 +78,8 @@ def test_how_far_it_is_clear_ahead_is_one_line() -> None:
     north = msgspec.structs.replace(west, attitude=(1.0, 0.0, 0.0, 0.0))
     console.print(screen(picture(0.1), {}, NOW, "", msgspec.structs.replace(clear, pose=north)))
     text = console.export_text()
-    assert "clear ahead: from 3 to 42 m; something is known in 1 of 8 sectors" in text
-    assert "clear ahead: not known; something is known in 1 of 8 sectors" in text
+    assert "clear ahead: from 3 to 42 m; water is known in 1 of 8 sectors" in text
+    assert "clear ahead: not known; water is known in 1 of 8 sectors" in text
 
 
 def test_a_list_of_a_far_range_is_as_old_as_it_was_made() -> None:

@@ -53,4 +53,4 @@ def test_a_file_and_a_folder_of_another_user_are_reported_with_their_owner(
     assert file.text == reported
     with pytest.raises(MapError, match=re.escape(f"map {there}: {reported}")):  # what the tracker says
         open_map(there, 57.0, 9.9)
-    assert folder.text.startswith(f"cannot be made: {tmp_path} belongs to {owner}, and may not be written")
+    assert folder.text.startswith(f"cannot be created: {tmp_path} belongs to {owner}, and is not writable")

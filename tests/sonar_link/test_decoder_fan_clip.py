@@ -108,7 +108,7 @@ def test_without_pyav_one_line_tells_what_to_install(tmp_path: Path, monkeypatch
     path = tmp_path / "clip.avi"
     path.write_bytes(clip(b"MJPG", 24, 128, 144, [jpeg(fan_picture(3.0, 0.0))]))
     monkeypatch.setitem(sys.modules, "av", None)
-    with pytest.raises(PingFileError, match=r"decoding clips needs PyAV: pip install 'ods\[clips\]'$"):
+    with pytest.raises(PingFileError, match=r"clips need PyAV: pip install 'ods\[clips\]'$"):
         open_pings(path, FAN)
 
 
@@ -122,7 +122,7 @@ def test_resampling_is_exact_on_a_plane_and_zero_outside() -> None:
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
-        (lambda data: data.replace(b"AVI ", b"WAVE"), "none of the known formats"),
+        (lambda data: data.replace(b"AVI ", b"WAVE"), "not one of the known formats"),
         (lambda data: data.replace(b"MJPG", b"????"), "none that FFmpeg can decode"),
         (lambda data: data.replace(b"00dc", b"01wb"), "no image in it"),
         (lambda data: data.replace(b"strf", b"none"), "no image in it"),

@@ -239,7 +239,7 @@ def test_the_command_line_sets_and_shows(
     process.wait(lambda: process.pings)
     assert main(["set-sonar", "--range", "50", "--config", str(process.config)]) == 0
     assert main(["set-sonar", "--config", str(process.config)]) == 0
-    assert capsys.readouterr().out == 2 * "the sonar says: range 50.0 m, power 210.0 dB, gain 30.0 dB\n"
+    assert capsys.readouterr().out == 2 * "the sonar reports: range 50.0 m, power 210.0 dB, gain 30.0 dB\n"
     assert main(["set-sonar", "--range", "500", "--config", str(process.config)]) == 2
     assert capsys.readouterr().err.startswith("ods set-sonar: the sonar refused range 500 m (error 2)")
 

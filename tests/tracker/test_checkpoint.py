@@ -247,7 +247,7 @@ def test_a_disk_that_stalls_holds_up_no_list(folder: Folder, monkeypatch: pytest
     monkeypatch.setattr(KeptFile, "write", stalled)
     begun_s = time.monotonic()
     for number in range(1, 6):
-        with pytest.raises(OSError, match="the disk of the run folder does not answer"):
+        with pytest.raises(OSError, match="the disk of the run folder does not respond"):
             files.write((100 + number) * NS, 70 + number, None)
     assert time.monotonic() - begun_s < 5.0
     answers.set()

@@ -75,7 +75,7 @@ class Panel:
         if share[best] > share[default]:
             inside = self.accuracy[default].interval[1] >= share[best]
             lines.append(
-                f"the best, {best}, finds {share[best]:.3f} in {ms[best] / ms[default]:.2f} times the time,"
+                f"the best setting, {best}, finds {share[best]:.3f} in {ms[best] / ms[default]:.2f} times the time,"
                 f" {'inside' if inside else 'above'} the default's error bar"
             )
         return lines

@@ -26,8 +26,8 @@ def chart(scores: Sequence[SceneScore]) -> Figure:
     false.set_yticks(rows, [score.name for score in scores])
     false.invert_yaxis()
     false.margins(x=0.12, y=0.02)
-    dress(false, "false obstacles", "a minute; dotted: most that may be", "")
-    dress(tracked, "objects tracked", "% of the lists; dotted: least that must be", "")
+    dress(false, "false obstacles", "per minute; dotted: upper limit", "")
+    dress(tracked, "objects tracked", "% of the lists; dotted: lower limit", "")
     dress(range_of, "confirmed", "at a distance of, m", "")
     _label(false, [score.false_a_minute for score in scores])
     return figure

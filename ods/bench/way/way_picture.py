@@ -15,7 +15,7 @@ from ods.sim_sonar.scene.timeline import ObjectStates
 
 STATES = (
     ("goes to the way-point", GOOD),
-    ("goes round something", ACCENT),
+    ("avoids an obstacle", ACCENT),
     ("list not valid", BAD),
     ("stopped by its watchdog", WARN),
 )

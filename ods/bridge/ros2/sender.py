@@ -54,7 +54,7 @@ class DdsSender:
         try:
             address = address_of(self._settings.interface)
             if self._writers and address != self._address:
-                raise OSError("the interface got another address")
+                raise OSError("the interface's address has changed")
             if not self._writers:
                 self._open()
                 self._address, self._away = address, ""

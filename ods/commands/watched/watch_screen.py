@@ -64,7 +64,7 @@ def _ahead(clear: Clearance) -> str:
     k = math.floor(heading / (2.0 * math.pi) * count) % count
     known = sum(to > 0.0 for to in clear.clear_to_m)
     ahead = f"from {clear.clear_from_m[k]:.0f} to {clear.clear_to_m[k]:.0f} m" if clear.clear_to_m[k] else "not known"
-    return f"clear ahead: {ahead}; something is known in {known} of {count} sectors"
+    return f"clear ahead: {ahead}; water is known in {known} of {count} sectors"
 
 
 def _verdict(newest: ObstacleList | None, now_ns: int, hindrance: str) -> Text:

@@ -61,7 +61,7 @@ class KeptFile:
         with os.fdopen(fd, "rb") as file:
             state = os.fstat(fd)
             if not stat.S_ISREG(state.st_mode) or state.st_uid != os.geteuid() or state.st_nlink > 1:
-                raise KeptFileError(f"{self._path} is not this user's own file")
+                raise KeptFileError(f"{self._path} is not owned by this user")
             whole = file.read(LONGEST_BYTES)
         return self._content(whole)
 

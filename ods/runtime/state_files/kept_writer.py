@@ -46,7 +46,7 @@ class KeptWriter:
     @staticmethod
     def _stalled(thread: threading.Thread) -> StalledError:
         waits = thread.native_id is None or waits_for_processor(thread.native_id)
-        return StalledError(OVERLOADED if waits else "the disk of the run folder does not answer")
+        return StalledError(OVERLOADED if waits else "the disk of the run folder does not respond")
 
     def _work(self) -> None:
         while True:

@@ -151,4 +151,4 @@ class ImageLevels(Settings, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         if self.beam_gain_db and self.beam_gain_rms_db:
-            raise ValueError("beam_gain_rms_db: goes without beam_gain_db")
+            raise ValueError("beam_gain_rms_db: cannot be combined with beam_gain_db")

@@ -40,4 +40,4 @@ class SeaBed(Settings, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         if self.rough is not None and self.file is not None:
-            raise ValueError("rough: give either rough or file")
+            raise ValueError("rough: set either rough or file")

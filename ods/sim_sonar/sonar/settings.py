@@ -30,7 +30,7 @@ class VerticalPattern(Settings, frozen=True, kw_only=True):
         if len(self.angle_deg) != len(self.level_db) or len(self.angle_deg) < 2:
             raise ValueError("vertical: angle_deg and level_db must have the same length, at least 2")
         if self.angle_deg[0] != 0.0 or any(b <= a for a, b in pairwise(self.angle_deg)):
-            raise ValueError("vertical: angle_deg must rise strictly from 0")
+            raise ValueError("vertical: angle_deg must increase strictly from 0")
         if self.level_db[0] != 0.0:
             raise ValueError("vertical: level_db must start at 0")
 
@@ -74,7 +74,7 @@ class SonarFile(Settings, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         if any(b <= a for a, b in pairwise(self.bearing_deg)):
-            raise ValueError("bearing_deg: must rise strictly")
+            raise ValueError("bearing_deg: must increase strictly")
         span = (self.beams_per_plane - 1) * self.beam_spacing_deg
         if not self.bearing_deg and span >= 360.0:
             raise ValueError(f"beam_spacing_deg: {self.beams_per_plane} beams would span {span:g} degrees")

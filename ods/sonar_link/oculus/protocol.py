@@ -121,11 +121,11 @@ class OculusProtocol(SonarProtocol):
     def diagnosis(self, _seconds: float) -> str:
         """Return why no ping came."""
         if self._kinds[MessageKind.PING]:
-            return "its ping results cannot be used: see the counters"
+            return "its ping results cannot be decoded: see the counters"
         if self._kinds[MessageKind.FULL_PING]:
             return "it sends full ping results for another program: end that program, switch the sonar off and on"
         if self._kinds[MessageKind.DUMMY]:
-            return "it is in standby and does not obey the fire message: is another program connected to it?"
+            return "it is in standby and ignores the fire message: is another program connected to it?"
         newest_ns = self._board.newest_ns
         return self._board.why_unreachable(newest_ns) if self.side_port else "it is silent"
 

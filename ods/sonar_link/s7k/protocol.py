@@ -105,12 +105,12 @@ class S7kProtocol(SonarProtocol):
         came = self._record_types
         if not came:
             garbage = self.counters["garbage_bytes"]
-            noise = f"{garbage} bytes of no record came: baud, wiring, or another protocol"
+            noise = f"{garbage} bytes outside records came: check baud, wiring and protocol"
             return f"no s7k record within {seconds:g} s; {noise if garbage else 'it is silent'}"
         missing = [str(kind) for kind in (records.SONAR_SETTINGS, records.BEAM_GEOMETRY) if not came[kind]]
         if not SAMPLES & came.keys():
             missing.append(f"{records.COMPRESSED_WATER_COLUMN} or {records.BEAMFORMED_DATA}")
-        why = f"{' and '.join(missing)} never came whole" if missing else "they do not fit each other"
+        why = f"{' and '.join(missing)} never arrived complete" if missing else "they do not fit together"
         return (
             f"no ping can be made of {self.traffic(seconds)}: {why}; "
             "switch 7000, 7004 and 7042 on at the sonar, for every ping"

@@ -116,7 +116,7 @@ def first_sample_of(range0_m: float, dr_m: float) -> int:
     """Return the time of the first sample after transmission, in whole samples, as 7042 has it. Raises ValueError."""
     first = round(range0_m / dr_m)
     if abs(range0_m / dr_m - first) > SAMPLE_GRID_TOLERANCE:
-        raise ValueError(f"range0_m: {range0_m:g} is not a multiple of dr_m ({dr_m:g}), which records of s7k require")
+        raise ValueError(f"range0_m: {range0_m:g} is not a multiple of dr_m ({dr_m:g}), as s7k records require")
     return first
 
 

@@ -130,7 +130,7 @@ def open_data(reference: DataReference, scene: SceneFile | None, folders: Sequen
             return _simulated(reference, scene, folders)
         case "file":
             return _from_file(reference, readable(reference.path, folders))
-    raise DataError(NONE_OPEN if reference.kind == "none" else f"{reference.kind}: has no pings to go back to")
+    raise DataError(NONE_OPEN if reference.kind == "none" else f"{reference.kind}: has no pings")
 
 
 def _simulated(reference: DataReference, scene: SceneFile | None, folders: Sequence[Path]) -> Data:

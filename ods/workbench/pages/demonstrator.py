@@ -27,9 +27,7 @@ def build(session: Session) -> None:
 
 
 def _shown(session: Session) -> Iterable[Exhibit]:
-    ui.label("Pictures are made once with the configuration that the workbench began with, and kept.").classes(
-        "text-sm"
-    )
+    ui.label("Pictures are made once, with the configuration at the workbench's start, and kept.").classes("text-sm")
     grid = ui.element("div").classes("w-full grid grid-cols-1 lg:grid-cols-2 2xl:grid-cols-3 gap-3")
     for exhibit in exhibits(session.folders):
         with grid:

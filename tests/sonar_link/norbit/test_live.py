@@ -213,7 +213,7 @@ def test_a_lost_command_port_costs_no_image_and_is_spoken_to_again() -> None:
 @pytest.mark.timeout(120)
 def test_connected_but_no_image_is_said_with_its_cause() -> None:
     with running(FarEnd(answers=False)) as process:
-        process.wait(lambda: process.says("the sonar answers no command: is `command_port` that of a WBMS?"))
+        process.wait(lambda: process.says("the sonar does not answer commands: is `command_port` that of a WBMS?"))
 
 
 def received(tmp_path: Path, end: FarEnd, seconds: float) -> list[str]:
@@ -240,4 +240,4 @@ def test_the_doctor_says_that_the_port_is_that_of_the_bathymetry(tmp_path: Path)
 
 def test_the_doctor_says_what_to_look_at_when_it_is_connected_but_no_image_comes(tmp_path: Path) -> None:
     wrong, *_ = received(tmp_path, FarEnd(answers=False), 0.6)
-    assert wrong == "wrong connected, but no image: it has answered no command yet"
+    assert wrong == "wrong connected, but no image: it has not answered any command yet"

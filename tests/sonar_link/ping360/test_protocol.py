@@ -87,7 +87,7 @@ def test_another_programs_sweep_is_used_and_said_once_the_sonar_does_not_obey() 
         protocol.feed(wire.auto_data(number % 60, sector=(0, 60)), now_ns)
     assert counters["control_requests"] == 3
     assert counters["pings"] > 20
-    assert protocol.problems(30 * NS) == ["the sonar sweeps from 0 to 60 gradians, not the sector asked for"]
+    assert protocol.problems(30 * NS) == ["the sonar sweeps from 0 to 60 gradians, not the requested sector"]
     protocol.feed(obeyed(3), 31 * NS)
     assert protocol.problems(31 * NS) == []
 
@@ -100,8 +100,8 @@ def test_another_programs_sweep_is_used_and_said_once_the_sonar_does_not_obey() 
         (wire.message(2301, bytes(20), checksum=1), "come damaged"),
         (wire.nack(2602), "the sonar refused to sweep by itself (unknown message): its firmware is too old"),
         (wire.nack(2602) + wire.message(4, bytes([2, 1, 1, 2, 3, 0])), "its firmware 1.2.3 is too old"),
-        (wire.message(4, bytes([1, 1, 3, 2, 1, 0])), "no Ping360 (device type 1)"),
-        (wire.message(4, bytes([2, 1, 3, 2, 1, 0])), "is the head free to turn"),
+        (wire.message(4, bytes([1, 1, 3, 2, 1, 0])), "is not a Ping360 (device type 1)"),
+        (wire.message(4, bytes([2, 1, 3, 2, 1, 0])), "can the head turn freely"),
         (wire.auto_data(count=3), "cannot be used"),
     ],
 )

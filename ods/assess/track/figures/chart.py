@@ -44,7 +44,12 @@ def chart(rows: Sequence[Row]) -> Figure:
         axis.set_major_locator(LogLocator(10.0, RATIOS))
         axis.set_minor_locator(NullLocator())
     dress(left, "all scenarios; large: geometric mean", "CPU time of a scan, ms, median", "GOSPA over the reference's")
-    dress(right, "scenario by scenario, GOSPA over the reference's", "1: the reference, which knows more", "")
+    dress(
+        right,
+        "scenario by scenario, GOSPA over the reference's",
+        "1: the reference, which knows identities and motion",
+        "",
+    )
     right.grid(visible=False, axis="y")
     for axes in (left, right):
         axes.get_legend().remove()

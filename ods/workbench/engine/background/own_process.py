@@ -94,7 +94,7 @@ class OwnProcess(Generic[ProgressT, Params, ResultT]):
                 pipe.send(on_progress(answer.progress))
             why = f"hangs: no progress in {SILENT_S:.0f} s; its process was killed"
         except (EOFError, OSError):
-            why = "its process has ended before its time"
+            why = "its process ended unexpectedly"
         except BaseException:  # of `on_progress`: the process still waits for its answer
             self.end()
             raise

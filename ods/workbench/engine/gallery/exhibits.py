@@ -128,10 +128,10 @@ _FIGURE_11 = (
     "Three objects lie on a flat sea-bed, whose reverberation rises where the main lobe meets it, from 18 m on.",
     "The dark arcs at 78 and 82 m are drop-outs, the dark and the light belt are errors of the TVG; the bright patch "
     "to starboard is another sonar.",
-    "Equalization takes all of these away, so that only the three objects are detected and tracked.",
+    "Equalization removes all of these, so that only the three objects are detected and tracked.",
 )
 _WORKED = (
-    "The vehicle goes north for 80 s while two objects move, and each is tracked with its radius (figure 6).",
+    "The vehicle goes north for 80 s while two objects move; each is tracked with its radius (figure 6).",
     "Object 1 leaves the sector at 41 s: its track waits in stand-by and ends, while the truth goes on, dashed.",
     "The tracks' velocities come to the true ones, dashed (figure 7); vertical ones are not observable with one plane.",
 )
@@ -141,29 +141,29 @@ _ROUGH = (
     "Highlights come and go from ping to ping, objects stay: count the false tracks.",
 )
 _APPROACH = (
-    "One object crosses the vehicle's way from starboard, another rests to port.",
-    "Menu Observer shows, for each, the time and the distance of the closest approach, and how sure they are.",
+    "One object crosses the vehicle's path from starboard, another is static to port.",
+    "Menu Observer shows the time and distance of each closest approach, and their uncertainty.",
     "Move the vehicle's speed in menu Simulator and rehearse again: the approach follows.",
 )
 _FAULTS = (
-    f"From ping {LOST[0]} to {LOST[-1]} the images are lost: nothing is detected, and nothing new is made up.",
-    "The tracks wait in stand-by with growing uncertainty, and go on under their numbers when the images are back.",
-    "`ods bench --config config/bench-faults.toml` does it with real processes, killed and unplugged.",
+    f"From ping {LOST[0]} to {LOST[-1]} the images are lost: nothing is detected, and no new object appears.",
+    "The tracks wait in stand-by with growing uncertainty, and continue with their ids when the images return.",
+    "`ods bench --config config/bench-faults.toml` does this to real processes, which are killed and unplugged.",
 )
 _RECORDED = (
     _Kind("aris", "ARIS, real", ".aris", (
         "An imaging sonar with a telephoto lens looks at the sea-bed and at straight structures, 3 to 23 m away.",
         "Its beams are a third of a degree apart, and its speckle is as strong as theory says (1.1 looks).",
-        "The circles are what the default chain detects; no truth comes with real frames.",
+        "The circles are the default chain's detections; real frames have no truth.",
     )),
     _Kind("oculus", "Oculus, real", ".raw", (
         "A tank at 2.1 MHz, over 2 m: the near wall and the bottom are saturated in places.",
-        "Nothing moves, so that ping after ping is almost the same, speckle and all.",
+        "Nothing moves, so all pings are almost the same, including the speckle.",
         "256 beams that are not evenly spaced go through the same chain as the 60 of the SeaBat.",
     )),
     _Kind("didson", "DIDSON, real", ".avi", (
         "Fish pass over a river's bed, filmed from a screen: a clip of fan images, which are sampled back to beams.",
-        "What rests is the bed, what moves is fish: step through the pings in menu Image processing.",
-        "Numbers and lines that the software drew into the clip are echoes to the chain, too.",
+        "The bed is static, fish move: step through the pings in menu Image processing.",
+        "Numbers and lines that the software drew into the clip become echoes, too.",
     )),
 )  # fmt: skip

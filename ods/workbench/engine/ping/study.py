@@ -55,7 +55,7 @@ class OvertakenError(StudyError):
     """Learning lasted, and something else is wanted by now."""
 
     def __init__(self) -> None:
-        super().__init__("given up: something newer is asked for")
+        super().__init__("given up: a newer request has come")
 
 
 Learnt = dict[int, Floats]
