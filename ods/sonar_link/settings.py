@@ -12,7 +12,7 @@ from ods.runtime.port.address import transport_of
 from ods.sonar_link.norbit.settings import NorbitSettings
 from ods.sonar_link.oculus.settings import OculusSettings
 from ods.sonar_link.ping360.settings import Ping360Settings
-from ods.sonar_link.registry import PLUGINS, PROTOCOLS, objection
+from ods.sonar_link.registry import PLUGINS, PROTOCOLS, unsupported_reason
 from ods.sonar_link.s7k.settings import S7kSettings
 from ods.sonar_link.sonar3d15.settings import Sonar3d15Settings
 
@@ -71,7 +71,7 @@ class SonarSettings(Settings, frozen=True):
             raise ValueError("port: must be a device or an address")
         if self.protocol not in PROTOCOLS and PLUGINS.may_add(self.plugins):
             transport_of(self.port)  # the rest is checked when they are loaded
-        elif wrong := objection(self):
+        elif wrong := unsupported_reason(self):
             raise ValueError(wrong)
         if self.reopen_max_s < self.reopen_min_s:
             raise ValueError(f"reopen_max_s: {self.reopen_max_s:g} is less than reopen_min_s {self.reopen_min_s:g}")

@@ -360,7 +360,11 @@ def test_bytes_that_change_on_the_way_are_noted_but_not_the_rest_of_a_ping_at_th
     [
         (lambda number: encode_ping(make_ping(number)), "good", "pings/s; records 7000 at"),
         (lambda number: encode_ping(make_ping(number))[:400], "wrong", ": 7042 or 7018 never arrived complete; switch"),
-        (lambda _: b"$GPGGA,115739.00,4158.8441367,N\r\n", "wrong", "outside records came: check baud, wiring and protocol"),
+        (
+            lambda _: b"$GPGGA,115739.00,4158.8441367,N\r\n",
+            "wrong",
+            "records came: check baud, wiring and protocol",
+        ),
         (lambda _: b"", "wrong", "no s7k record within 0.5 s; it is silent"),
     ],
     ids=["pings", "cut off", "another protocol", "silence"],

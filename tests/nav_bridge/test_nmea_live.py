@@ -189,9 +189,7 @@ def test_doctor_says_what_is_lost_or_unusable_of_what_comes(ends: tuple[str, Wri
         reported.append({item.subject: item for item in reversed(list(listen(settings, 1.5)))})
         vehicle.close()
     assert reported[0]["navigation by nmea"].level == "note"
-    assert re.search(
-        r" deg: (2[5-9]|3\d|4[0-5])% of the INS's data is lost$", reported[0]["navigation by nmea"].text
-    )
+    assert re.search(r" deg: (2[5-9]|3\d|4[0-5])% of the INS's data is lost$", reported[0]["navigation by nmea"].text)
     assert reported[1]["NMEA GGA"].level == "wrong"
     assert "Hz, without checksum, and is dropped" in reported[1]["NMEA GGA"].text
     assert reported[1]["NMEA PASHR"].level == "good"

@@ -18,13 +18,13 @@ from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.settings import SimSettings
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar
-from ods.sonar_link.orders import Controls
 from ods.sonar_link.s7k import records, remote_control
 from ods.sonar_link.s7k.assembler import Assembler
 from ods.sonar_link.s7k.drf import S7kRecord
 from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.network_frame import Deframer, frame_record
 from ods.sonar_link.s7k.remote_control import ControlRequest
+from ods.sonar_link.setting_requests import Controls
 
 CONFIG = Path(__file__).parents[2] / "config"
 SCENE, SONAR = CONFIG / "scenes" / "figure11.toml", CONFIG / "sonars" / "seabat6012.toml"

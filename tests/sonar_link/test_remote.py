@@ -25,8 +25,8 @@ from ods.sim_sonar.device.lines.serial_line import SerialLine
 from ods.sim_sonar.device.lines.tcp_line import FramedTcpLine
 from ods.sim_sonar.device.remote_end import Line, RemoteEnd
 from ods.sim_sonar.sonar.model import load_sonar
-from ods.sonar_link.orders import Controls
 from ods.sonar_link.s7k import records
+from ods.sonar_link.setting_requests import Controls
 from tests.sonar_link.sonar_samples import make_ping
 
 pytestmark = pytest.mark.slow
@@ -202,7 +202,7 @@ def test_a_planner_sets_the_range(far_end: FarEnd, start: Callable[..., Process]
     far_end.restart()
     process.wait(lambda: far_end.remote.controls == Controls(50.0, 200.0, 20.0))  # not what it refused
     far_end.mute = True
-    with pytest.raises(SonarError, match="the sonar said nothing for"):
+    with pytest.raises(SonarError, match="the sonar has been silent for"):
         planner.set_range(60.0)
 
 

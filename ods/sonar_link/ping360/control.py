@@ -20,7 +20,7 @@ TOLERANCE = 0.02
 
 
 class SweepControl:
-    """The wish for one sector.
+    """The request for one sector.
 
     Counters: control_requests (asked to sweep), control_acknowledged (it began to), control_refused (it said no),
     control_lost (asked `attempts` times in a row without effect).

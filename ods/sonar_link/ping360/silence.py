@@ -18,7 +18,7 @@ class Evidence(NamedTuple):
     counters: "Counter[str]"
     """and what was no message."""
     refusal: str
-    """Of the wish to sweep."""
+    """Of the request to sweep."""
     said: Information | None
     """What the device says it is."""
 

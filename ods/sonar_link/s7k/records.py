@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ods.messages import Ping
-from ods.sonar_link.orders import Controls
 from ods.sonar_link.ping_builder import MAX_BEAMS, SOUND_SPEEDS, BeamTable, make_beam_table
 from ods.sonar_link.s7k import water_column
 from ods.sonar_link.s7k.drf import DeviceId, S7kRecord, encode_record
 from ods.sonar_link.s7k.loss import Loss, RecordError
 from ods.sonar_link.s7k.water_column import WaterColumn
+from ods.sonar_link.setting_requests import Controls
 
 SONAR_SETTINGS = 7000
 BEAM_GEOMETRY = 7004

@@ -185,7 +185,7 @@ def test_a_sonar_that_cannot_be_reached_is_reported_of_by_its_status() -> None:
 def test_planners_cannot_set_it() -> None:
     protocol = make()
     answers: list[Any] = []
-    planners = PlannerRequests(protocol.orders, 4.0, lambda _, answer: answers.append(answer))
+    planners = PlannerRequests(protocol.setting_requests, 4.0, lambda _, answer: answers.append(answer))
     planners.take([b"peer"], SonarRequest(range_m=10.0), S)
     assert not answers[0].ok
     assert "range" in answers[0].reason

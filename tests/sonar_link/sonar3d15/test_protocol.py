@@ -9,7 +9,7 @@ from hypothesis import given, strategies as st
 from ods.base.clock import NS
 from ods.messages import frame_of
 from ods.runtime.counters import COUNTERS
-from ods.sonar_link.registry import objection
+from ods.sonar_link.registry import unsupported_reason
 from ods.sonar_link.settings import SonarSettings
 from ods.sonar_link.sonar3d15.protocol import Sonar3d15Protocol
 from ods.sonar_link.sonar3d15.settings import Sonar3d15Settings
@@ -123,4 +123,4 @@ def test_it_is_spoken_over_udp_only_and_addresses_are_checked() -> None:
         Sonar3d15Settings(interface="eth0")
     with pytest.raises(ValueError, match="s7k is spoken over serial, socket, tcp only"):
         SonarSettings(port=GROUP)
-    assert objection(SonarSettings(protocol="sonar3d15", port=GROUP)) == ""
+    assert unsupported_reason(SonarSettings(protocol="sonar3d15", port=GROUP)) == ""
