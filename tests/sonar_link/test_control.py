@@ -259,7 +259,7 @@ def test_a_wish_that_fails_when_nobody_waits_any_more_is_forgotten_one_that_was_
     planners.ask(b"p", range_m=50.0)
     sent(remote, 0)
     planners.requests.answer(5 * S)
-    assert planners.reason(b"p").startswith("the sonar said nothing")
+    assert planners.reason(b"p").startswith("the sonar has been silent")
     for at_s in range(6, 11):
         remote.take(Controls(100.0), at_s * S)
         sent(remote, at_s)
