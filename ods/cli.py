@@ -20,7 +20,7 @@ from ods import __version__
 from ods.base.command_line.log_writer import LogWriter
 from ods.base.computer import open_files
 from ods.base.computer.memory import TOO_LITTLE, is_too_little
-from ods.base.errors import OdsError, reason_of, why_no_kernels
+from ods.base.errors import OdsError, missing_kernels_reason, reason_of
 from ods.runtime.processes import PROCESSES
 
 BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})
@@ -184,7 +184,7 @@ def _print_any_name() -> None:
 
 def _missing(error: ImportError) -> str:
     """Return the line that says what to build or install, or raise `error` again where neither would help."""
-    if why := why_no_kernels(error):
+    if why := missing_kernels_reason(error):
         return why
     module = (error.name or "").partition(".")[0]
     for extra, modules in (

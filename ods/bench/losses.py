@@ -52,7 +52,7 @@ def losses_of(record: RunRecord, answered: set[int]) -> PingLosses:
     return PingLosses(on_line, left_out, unread, len(last), rest - left_out - unread)
 
 
-def only_the_machine(losses: PingLosses, limit: int, machine: MachineLoad) -> bool:
+def explained_by_load(losses: PingLosses, limit: int, machine: MachineLoad) -> bool:
     """Return whether a busy computer explains all losses but as many as are allowed."""
     return machine.busy and losses.unexplained <= limit
 

@@ -4,8 +4,8 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING
 
 from ods.bridge.encoder import Encoder
+from ods.bridge.extrapolated_list import ExtrapolatedList
 from ods.bridge.json_udp import JsonEncoder
-from ods.bridge.moment import Moment
 from ods.bridge.moos import MoosEncoder
 from ods.bridge.settings import (
     BridgeConfig,
@@ -43,9 +43,9 @@ class BridgeWorker(ListWorker):
     def encoder(self) -> Encoder:
         """Return what turns lists into datagrams."""
 
-    def send(self, moment: Moment) -> None:
+    def send(self, extrapolated: ExtrapolatedList) -> None:
         """Send a list's datagrams."""
-        encoded = self._encoder.encode(moment)
+        encoded = self._encoder.encode(extrapolated)
         counters = self.service.counters
         sent = self._sender.send(encoded.datagrams)
         counters["sent_datagrams"] += sent

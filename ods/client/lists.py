@@ -9,7 +9,7 @@ import zmq
 
 from ods.base import clock
 from ods.base.errors import OdsError
-from ods.client.ahead import Ahead, at
+from ods.client.extrapolation import ExtrapolatedObstacle, at
 from ods.client.remote import SCHEME, RemoteBus
 from ods.messages import Health, ObstacleList
 from ods.runtime import bus
@@ -88,7 +88,7 @@ class Obstacles:
             self._why = f"; {error}"
             return []
 
-    def at(self, t_ns: int) -> list[Ahead]:
+    def at(self, t_ns: int) -> list[ExtrapolatedObstacle]:
         """Return where the obstacles of the newest list that came are at `t_ns`, CLOCK_MONOTONIC. Raises NoListError.
 
         It is the clock of the computer where the list was made; `ods.client.at` has the way by UTC. They say nothing of

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from ods.base.clock import NS
-from ods.client.ahead import extrapolated, spread_along
+from ods.client.extrapolation import extrapolated, spread_along
 from ods.messages import Obstacle, ObstacleList, PoseAt
 
 TRUSTED_AHEAD = 10.0

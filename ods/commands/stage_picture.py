@@ -16,7 +16,7 @@ from ods.base.arrays import Floats, Floats32, Image
 from ods.messages import Detection, Detections
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.stage.watch import StageImage
-from ods.plots.fan import dress_bar
+from ods.plots.fan import style_colour_bar
 from ods.plots.style import BAD, GOOD, MARK, QUIET, STRONG, outline
 
 COLUMNS = 1000
@@ -61,7 +61,7 @@ def stages_figure(title: str, stages: Sequence[StageImage], found: Detections) -
             _draw_detections(panel, found.detections, column[0].fan)
         _draw_curves(below[-1], column[-1])
     bar = figure.colorbar(picture, ax=axes[:-1].ravel().tolist(), pad=0.01, aspect=40)
-    dress_bar(bar, "dB over the image's median")
+    style_colour_bar(bar, "dB over the image's median")
     return figure
 
 

@@ -7,7 +7,7 @@ from ods.base import clock
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.commands.watched import watch_json
-from ods.commands.watched.received import Received, listen, one_look
+from ods.commands.watched.received import Received, listen, read_once
 from ods.config import OnboardConfig
 from ods.runtime import bus
 
@@ -41,7 +41,7 @@ def run(args: Namespace) -> int:
 
 def _once(run_dir: Path, *, as_json: bool) -> int:
     """Print one look; return 0 where the list is valid, else 1."""
-    received = one_look(run_dir)
+    received = read_once(run_dir)
     if as_json:
         hindrance = bus.hindrance(run_dir, "tracker") if received.newest is None else ""
         print(watch_json.text(received, clock.monotonic_ns(), hindrance))

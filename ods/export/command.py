@@ -6,8 +6,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
+from ods.export.conversion import TOPICS, export
 from ods.export.place import Place, place_of
-from ods.export.pour import TOPICS, export
 from ods.export.sink import Sink
 from ods.recording.mcap.reader import open_recording
 

@@ -7,9 +7,9 @@ import time
 
 import zmq
 
-from ods.listen.door import Door
 from ods.listen.settings import ListenConfig
 from ods.listen.tap import Tap
+from ods.listen.topic_server import TopicServer
 from ods.runtime.keys.admission import Admission, Asked
 from ods.runtime.keys.key_files import KeyFileError
 from ods.runtime.keys.key_folder import KeyFolder
@@ -35,7 +35,7 @@ class ListenWorker(Worker[ListenConfig]):
         self._allowed = KeyList(folder)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context(1)
         self._admission = Admission(self._context)
-        self._doors = [Door(self._context, each, pair) for each in settings.bus.listen]
+        self._doors = [TopicServer(self._context, each, pair) for each in settings.bus.listen]
         wanted = frozenset(name for door in self._doors for name in door.topics)
         self._tap = Tap(self._context, service.run_dir, wanted)
         service.subscriber.watch_fd(self._tap.fd)

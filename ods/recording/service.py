@@ -6,7 +6,7 @@ import signal
 from ods.base import clock
 from ods.recording.errors import RecordingError
 from ods.recording.inbox import Inbox, Received
-from ods.recording.scribe import RecordingWriter
+from ods.recording.recording_writer import RecordingWriter
 from ods.recording.settings import RecordConfig
 from ods.runtime.service import Service, Worker
 

@@ -58,9 +58,9 @@ def run(args: Namespace) -> int:
 
 def _check(args: Namespace, recording: Recording) -> int:
     if args.config:
-        from ods.replay.what_if import compare_runs, tell_differences
+        from ods.replay.run_comparison import compare_runs, print_differences
 
-        tell_differences(*compare_runs(recording, load(args.config, OnboardConfig)))
+        print_differences(*compare_runs(recording, load(args.config, OnboardConfig)))
         return 0
     from ods.replay.check import check, report
 

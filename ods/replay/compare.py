@@ -7,7 +7,7 @@ from typing import NamedTuple
 import msgspec
 
 from ods.messages import Detection, Detections, ObstacleList
-from ods.replay.again import DetectionsPair, ListPair
+from ods.replay.rerun import DetectionsPair, ListPair
 from ods.runtime.processes import PROCESSES
 
 NEAR_M = 0.05

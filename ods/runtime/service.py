@@ -23,7 +23,7 @@ import zmq
 from ods.base import clock
 from ods.base.computer.memory import TOO_LITTLE, is_too_little
 from ods.base.computer.overload import OverloadMonitor
-from ods.base.errors import OdsError, why_no_kernels
+from ods.base.errors import OdsError, missing_kernels_reason
 from ods.base.settings import Settings
 from ods.messages import Health
 from ods.runtime import bus, counters, ending
@@ -247,7 +247,7 @@ def words_at_the_end(process: str) -> Iterator[Home]:
         yield home
     except Exception as error:
         text = str(error) if isinstance(error, OdsError) else f"{type(error).__name__}: {error}"
-        text = TOO_LITTLE if is_too_little(error) else why_no_kernels(error) or text
+        text = TOO_LITTLE if is_too_little(error) else missing_kernels_reason(error) or text
         words = " ".join(text.split())[: last_words.LONGEST_WORDS]
         notify("STOPPING=1\nSTATUS=" + words)
         raise

@@ -43,7 +43,7 @@ class VehicleSettings(Settings, frozen=True):
     """Of the circle that must not touch anything."""
 
 
-class ObeyingVehicle(Settings, frozen=True):
+class SteeredVehicleSettings(Settings, frozen=True):
     """A vehicle that follows set points on CAN, starting as in the scene."""
 
     eds: Path
@@ -84,7 +84,7 @@ class SimSettings(Settings, frozen=True):
     sonar_latency_ms: NonNegative = 2.0
     """From the last echo to the first byte; the bench sets it on board, too."""
     pose_rate_hz: Positive = 100.0
-    vehicle: ObeyingVehicle | None = None
+    vehicle: SteeredVehicleSettings | None = None
     """None: the vehicle moves as in the scene."""
     sonar_clock_offset_s: float = 0.25
     """Clock minus UTC."""

@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import cast
 
 from ods.base.command_line.arguments import port_number
-from ods.base.computer.resident import share_one_pool
+from ods.base.computer.resident import use_one_arena
 
 NO_STORAGE = Path(os.devnull) / "none"
 """Where NiceGUI would keep what pages store: nowhere."""
@@ -38,7 +38,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Serve until interrupted. Raises OdsError."""
     os.environ["NICEGUI_STORAGE_PATH"] = str(NO_STORAGE)  # read when NiceGUI is imported
-    share_one_pool()
+    use_one_arena()
     sys.setswitchinterval(HANDOVER_S)
     from ods.workbench.engine.files.config_file import load_config
     from ods.workbench.session import Session

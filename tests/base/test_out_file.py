@@ -24,8 +24,8 @@ def test_what_cannot_be_written_is_one_line(tmp_path: Path, monkeypatch: pytest.
     assert why_refused(tmp_path / ("x" * 300)) == "file name too long"
     refuse_unwritable(file, tmp_path / "new", None, Path(os.devnull))
     monkeypatch.setattr(os, "access", lambda path, mode: False)
-    assert why_refused(tmp_path / "new") == f"no right to write {tmp_path}, or its disk is read-only"
-    assert why_refused(file) == f"no right to write {file}, or its disk is read-only"
+    assert why_refused(tmp_path / "new") == f"no permission to write {tmp_path}, or its disk is read-only"
+    assert why_refused(file) == f"no permission to write {file}, or its disk is read-only"
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,10 @@ def levels(found: list[Finding]) -> dict[str, str]:
 def test_missing_devices_are_wrong_and_exit_code_is_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor", "--config", str(config(tmp_path, "/dev/none"))]) == 1
     said = capsys.readouterr().out
-    assert "serial port /dev/none: No such file or directory: is the adapter plugged in, and sonar.port right?" in said
+    assert (
+        "serial port /dev/none: No such file or directory: is the adapter plugged in, and is sonar.port correct?"
+        in said
+    )
     assert "CAN socketcan can77: no such interface" in said
     assert "2 wrong" in said
 
@@ -248,7 +251,7 @@ def test_the_hardware_page_quotes_a_good_controller_word_for_word() -> None:
 
 def test_a_network_interface_that_is_no_can_interface(tmp_path: Path) -> None:
     found = list(findings(config(tmp_path, "/dev/none", 'interface = "socketcan"\nchannel = "lo"')))
-    assert "is no CAN interface" in next(item.text for item in found if item.subject == "CAN socketcan lo")
+    assert "is not a CAN interface" in next(item.text for item in found if item.subject == "CAN socketcan lo")
 
 
 def test_listening_tells_what_comes_what_does_not_and_how_many_poses(tmp_path: Path) -> None:

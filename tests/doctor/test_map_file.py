@@ -30,7 +30,7 @@ def test_what_the_tracker_cannot_use_is_wrong(tmp_path: Path) -> None:
     plain.write_text("no map")
     open_map(other, 10.0, 20.0).close()
     for path, said in (
-        (plain / "map.sqlite", f"cannot be made: {plain} is no folder"),
+        (plain / "map.sqlite", f"cannot be created: {plain} is not a folder"),
         (plain, "file is not a database"),
         (other, "its origin is 10.0, 20.0, not [site]"),
     ):

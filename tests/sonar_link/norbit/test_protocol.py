@@ -213,7 +213,10 @@ def test_why_there_is_no_image_the_likeliest_cause_first() -> None:
         (wire.sealed(bytes(88), 1), "it sends bathymetry, not images: these use sonar.port 2211, images use 2211"),
         (wire.sealed(bytes(168), 4, checksum=0), "it sends snippets, not images"),
         (GOOD[:-1] + b"\xff", "its packets arrive damaged"),
-        (b"Sonar is ready to accept commands\r\n", "the data received are not WBMS packets: is sonar.port 2211 the image port"),
+        (
+            b"Sonar is ready to accept commands\r\n",
+            "the data received are not WBMS packets: is sonar.port 2211 the image port",
+        ),
         (wire.image(wire.samples(1), rate=0.0), "its images cannot be decoded: see the counters"),
     ],
 )

@@ -107,7 +107,7 @@ def test_a_wrong_address_is_reported_by_the_status_of_the_sonar_that_is_there(tm
         with repeating(lambda: sender.sendto(other, ("127.0.0.1", status_port))):
             (wrong,) = sonar_port.listen(settings_for(tmp_path, port, status_port), 0.5)
     assert wrong.level == "wrong"
-    assert wrong.text.endswith("connection refused; a sonar at 192.168.2.3 is received (M750d): is sonar.port right?")
+    assert wrong.text.endswith("connection refused; a sonar at 192.168.2.3 is received (M750d): is sonar.port correct?")
 
 
 def test_a_sonar_that_the_process_has_is_left_alone() -> None:

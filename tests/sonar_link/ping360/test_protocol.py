@@ -97,12 +97,12 @@ def test_another_programs_sweep_is_used_and_said_once_the_sonar_does_not_obey() 
     [
         (b"", "connected, but no beam: is the sonar on"),
         (b"\xff\x00garbage" * 20, "sonar.baud and wiring"),
-        (wire.message(2301, bytes(20), checksum=1), "come damaged"),
+        (wire.message(2301, bytes(20), checksum=1), "arrive damaged"),
         (wire.nack(2602), "the sonar refused to sweep by itself (unknown message): its firmware is too old"),
         (wire.nack(2602) + wire.message(4, bytes([2, 1, 1, 2, 3, 0])), "its firmware 1.2.3 is too old"),
         (wire.message(4, bytes([1, 1, 3, 2, 1, 0])), "is not a Ping360 (device type 1)"),
         (wire.message(4, bytes([2, 1, 3, 2, 1, 0])), "can the head turn freely"),
-        (wire.auto_data(count=3), "cannot be used"),
+        (wire.auto_data(count=3), "cannot be decoded"),
     ],
 )
 def test_why_no_beam_comes(stream: bytes, words: str) -> None:
@@ -123,7 +123,7 @@ def test_why_there_is_no_line() -> None:
 
 def test_it_is_spoken_over_serial_lines_and_datagrams() -> None:
     assert SonarSettings("udp://192.168.2.2:9092", protocol="ping360")
-    with pytest.raises(ValueError, match="spoken over serial, socket, udp only"):
+    with pytest.raises(ValueError, match="works over serial, socket, udp only"):
         SonarSettings("tcp://192.168.2.2:9092", protocol="ping360")
     with pytest.raises(ValueError, match="s7k is spoken over"):
         SonarSettings("udp://192.168.2.2:9092")

@@ -115,7 +115,7 @@ def test_what_comes_instead_is_said() -> None:
 
 
 def test_it_is_spoken_over_udp_only_and_addresses_are_checked() -> None:
-    with pytest.raises(ValueError, match="sonar3d15 is spoken over udp only"):
+    with pytest.raises(ValueError, match="sonar3d15 works over udp only"):
         SonarSettings(protocol="sonar3d15", port="tcp://10.0.0.1:4747")
     with pytest.raises(ValueError, match="needs a port number"):
         SonarSettings(protocol="sonar3d15", port="udp://224.0.0.96")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
-from ods.base.computer.resident import give_back_freed
+from ods.base.computer.resident import release_freed_memory
 from ods.base.errors import OdsError, one_line
 from ods.base.frames.mounting import Mounting
 from ods.sim_sonar.scene.settings import SceneFile
@@ -87,7 +87,7 @@ class Work:
         self.asked, self.answered = 0, 0
         """Numbers of requests; equal when nothing is computed."""
         self._newest: Newest[tuple[int, State], Answer] = Newest(
-            self._answer, self._tell, self._fail, idle=give_back_freed, idle_s=IDLE_S
+            self._answer, self._tell, self._fail, idle=release_freed_memory, idle_s=IDLE_S
         )
         self._visible, self._waits = True, False
         self.held = False

@@ -9,7 +9,7 @@ from ods.messages import Obstacle, ObstacleList, Vector3
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 
 
-class Ahead(NamedTuple):
+class ExtrapolatedObstacle(NamedTuple):
     """An obstacle at another time than that of its list."""
 
     obstacle: Obstacle
@@ -19,7 +19,7 @@ class Ahead(NamedTuple):
     """Of that place, m^2, rows and columns north east down."""
 
 
-def at(obstacle_list: ObstacleList, t_ns: int) -> list[Ahead]:
+def at(obstacle_list: ObstacleList, t_ns: int) -> list[ExtrapolatedObstacle]:
     """Return where the obstacles of a list, but those that ended, are at `t_ns`, on the clock of `obstacle_list.t_ns`.
 
     On another machine, where only UTC means anything: obstacle_list.t_ns + (utc_ns - obstacle_list.utc_ns).
@@ -28,7 +28,7 @@ def at(obstacle_list: ObstacleList, t_ns: int) -> list[Ahead]:
     return [extrapolated(each, lead_s) for each in obstacle_list.obstacles if each.state != "terminated"]
 
 
-def extrapolated(obstacle: Obstacle, lead_s: float) -> Ahead:
+def extrapolated(obstacle: Obstacle, lead_s: float) -> ExtrapolatedObstacle:
     """Return an obstacle `lead_s` after its list; before it, if that is below 0.
 
     Errors of place and velocity are taken to go together, as in the list's own predictions; what manoeuvres add is
@@ -42,10 +42,10 @@ def extrapolated(obstacle: Obstacle, lead_s: float) -> Ahead:
     ]
     shared = obstacle.covariance_ne
     covariance = (variances[0], shared, 0.0), (shared, variances[1], 0.0), (0.0, 0.0, variances[2])
-    return Ahead(obstacle, (north, east, down), covariance)
+    return ExtrapolatedObstacle(obstacle, (north, east, down), covariance)
 
 
-def spread_along(ahead: Ahead, north: float, east: float) -> float:
+def spread_along(ahead: ExtrapolatedObstacle, north: float, east: float) -> float:
     """Return the standard deviation of the place along a horizontal direction; the largest for (0, 0)."""
     (nn, ne, _), (_, ee, _), _ = ahead.covariance
     squared = north * north + east * east

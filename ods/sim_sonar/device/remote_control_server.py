@@ -42,7 +42,7 @@ class Line(Protocol):
         """Return the bytes of records that have come."""
 
 
-class RemoteEnd:
+class RemoteControlServer:
     """The settings that the sonar has been asked for, and the records that a client of the network wants."""
 
     def __init__(self, sonar: SonarModel, line: Line) -> None:
