@@ -183,7 +183,7 @@ def test_command_with_a_geometry_file(tmp_path: Path, capsys: pytest.CaptureFixt
     text = "apex_x_px = 64\napex_y_px = 140\npixels_per_m = 25\nbearing_min_deg = -15\nbearing_max_deg = 15\n"
     fan.write_text(text + "range_min_m = 1\nrange_max_m = 5\n")
     assert cli.main(["detect", str(tmp_path / "clip.avi"), "--fan", str(fan)]) == 0
-    reported = re.search(r"brightest: (\S+) m at (\S+) deg", capsys.readouterr().out)
+    reported = re.search(r"strongest: (\S+) m at (\S+) deg", capsys.readouterr().out)
     assert reported
     assert (float(reported[1]), float(reported[2])) == pytest.approx((3.0, -5.0), abs=0.5)
     fan.write_text(text + "range_min_m = 5\nrange_max_m = 1\n")

@@ -42,7 +42,7 @@ def moved(
     dt_s: float,
     steps: int,
 ) -> tuple[Motions, Floats]:
-    """Return where they are after a number of steps, and (steps, n, 2) north, east at each; see `SteeredVehicle.step`."""
+    """Return the motions after `steps` steps, and (steps, n, 2) north, east at each; see `SteeredVehicle.step`."""
     north, east, heading, speed, turn = was
     wanted = np.clip(orders.speed_m_s, can.least_m_s, can.most_m_s)
     gain, most = can.acceleration_m_s2 * dt_s, math.radians(can.turn_rate_deg_s)

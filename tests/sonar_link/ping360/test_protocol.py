@@ -125,7 +125,7 @@ def test_it_is_spoken_over_serial_lines_and_datagrams() -> None:
     assert SonarSettings("udp://192.168.2.2:9092", protocol="ping360")
     with pytest.raises(ValueError, match="works over serial, socket, udp only"):
         SonarSettings("tcp://192.168.2.2:9092", protocol="ping360")
-    with pytest.raises(ValueError, match="s7k is spoken over"):
+    with pytest.raises(ValueError, match="s7k works over"):
         SonarSettings("udp://192.168.2.2:9092")
     with pytest.raises(ValueError, match="needs an IP address"):
         SonarSettings("udp://blueos:9092", protocol="ping360")

@@ -121,6 +121,6 @@ def test_it_is_spoken_over_udp_only_and_addresses_are_checked() -> None:
         SonarSettings(protocol="sonar3d15", port="udp://224.0.0.96")
     with pytest.raises(ValueError, match="interface: eth0: not an IP address"):
         Sonar3d15Settings(interface="eth0")
-    with pytest.raises(ValueError, match="s7k is spoken over serial, socket, tcp only"):
+    with pytest.raises(ValueError, match="s7k works over serial, socket, tcp only"):
         SonarSettings(port=GROUP)
     assert unsupported_reason(SonarSettings(protocol="sonar3d15", port=GROUP)) == ""

@@ -1,4 +1,4 @@
-"""The gallery: what ODS does, each exhibit a state to start from, pictures made once, and what to look at."""
+"""The gallery: what ODS does, each demo a state to start from, pictures made once, and what to look at."""
 
 import hashlib
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ LOST = list(range(120, 165))
 """Pings of the bench with faults that are lost whole: 6.7 s."""
 
 
-class Exhibit(NamedTuple):
+class Demo(NamedTuple):
     """Something to show."""
 
     key: str
@@ -50,23 +50,23 @@ class Exhibit(NamedTuple):
         return hashlib.sha256(text).hexdigest()[:16]
 
 
-class ExhibitResult(msgspec.Struct):
-    """What stands beside the pictures of an exhibit in the cache."""
+class DemoResult(msgspec.Struct):
+    """What stands beside the pictures of an demo in the cache."""
 
     facts: str
     pictures: list[str]
 
 
-def exhibits(folders: Sequence[Path]) -> list[Exhibit]:
-    """Return all exhibits: the simulated ones, and the recordings that are found under folders or in the sources."""
+def demos(folders: Sequence[Path]) -> list[Demo]:
+    """Return all demos: the simulated ones, and the recordings that are found under folders or in the sources."""
     places = [*folders, SOURCES] if SOURCES.is_dir() else list(folders)
     found = openable(places)
     return [*_simulated(), *(_recorded(each, found) for each in _RECORDED)]
 
 
-def _simulated() -> list[Exhibit]:
+def _simulated() -> list[Demo]:
     return [
-        Exhibit(key, title, look, _shipped(scene) if isinstance(scene, str) else scene_of(scene))
+        Demo(key, title, look, _shipped(scene) if isinstance(scene, str) else scene_of(scene))
         for key, title, scene, look in (
             ("figure11", "Figure 11", "figure11_imperfect", _FIGURE_11),
             ("worked_example", "Worked example, figures 6 and 7", "worked_example", _WORKED),
@@ -88,7 +88,7 @@ class _Kind(NamedTuple):
     look: tuple[str, str, str]
 
 
-def _recorded(kind: _Kind, found: Sequence[Openable]) -> Exhibit:
+def _recorded(kind: _Kind, found: Sequence[Openable]) -> Demo:
     files = [each.path for each in found if each.path.suffix.lower() == kind.suffix]
     file = next((path for path in files if kind.suffix != ".avi" or path.with_suffix(".toml").is_file()), None)
     missing = ""
@@ -97,7 +97,7 @@ def _recorded(kind: _Kind, found: Sequence[Openable]) -> Exhibit:
         missing = f"{files[0].name}: its fan's geometry, {beside} beside it, is not there (docs/recordings/formats.md)"
     elif file is None:
         missing = f"no {kind.suffix} file under the workbench's folders; `--folder DIR` adds one"
-    return Exhibit(kind.key, kind.title, kind.look, file=file, missing=missing)
+    return Demo(kind.key, kind.title, kind.look, file=file, missing=missing)
 
 
 def _faults_scene() -> dict[str, object]:
