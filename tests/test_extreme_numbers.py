@@ -163,7 +163,7 @@ class TrackerAlone:
     def overload(self) -> str:
         return ""
 
-    def complain_once(self, key: str, text: str) -> None:
+    def log_once(self, key: str, text: str) -> None:
         self.counters[key] += BUSY_DISK not in text and OVERLOADED not in text
 
     def publish(self, _topic: str, message: ObstacleList | Clearance) -> None:

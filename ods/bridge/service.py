@@ -36,7 +36,7 @@ class BridgeWorker(ListWorker):
 
     def __init__(self, service: Service, settings: BridgeConfig) -> None:
         super().__init__(service, settings)
-        self._sender = UdpSender(destination_of(self.table(UdpSettings).to), service.complain_once)
+        self._sender = UdpSender(destination_of(self.table(UdpSettings).to), service.log_once)
         self._encoder = self.encoder()
 
     @abstractmethod

@@ -62,7 +62,7 @@ class ListWorker(Worker[BridgeConfig]):
         self._silent = why_silent(obstacle_list, now_ns)
         self.judged(obstacle_list, self._silent)
         if self._silent or obstacle_list.pose is None:
-            self.service.complain_once("withheld_lists", f"nothing is sent: {self._silent}")
+            self.service.log_once("withheld_lists", f"nothing is sent: {self._silent}")
             return
         self._due_ns = now_ns + self._period_ns
         self.send(ExtrapolatedList(obstacle_list, obstacle_list.pose, now_ns))

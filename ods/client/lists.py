@@ -101,16 +101,16 @@ class Obstacles:
     def _silence(self) -> ObstacleList:
         now = clock.monotonic_ns()
         silent_s = (now - self._last_ns) / clock.NS
-        why = self._why or self._hindrance()
+        why = self._why or self._unreachable_reason()
         reason = f"tracker: no obstacle list for {silent_s:.1f} s{why}"
         if self._last is None:
             return ObstacleList(0, -1, now, clock.utc_ns(now), 0, False, [reason], [])
         return msgspec.structs.replace(self._last, valid=False, reasons=[reason])
 
-    def _hindrance(self) -> str:
+    def _unreachable_reason(self) -> str:
         if isinstance(self._subscriber, RemoteBus):
-            return self._subscriber.hindrance()
-        return bus.hindrance(Path(self._place), "tracker")
+            return self._subscriber.unreachable_reason()
+        return bus.unreachable_reason(Path(self._place), "tracker")
 
     def close(self) -> None:
         """Give the socket back."""

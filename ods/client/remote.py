@@ -101,7 +101,7 @@ class RemoteBus:
         """Take note of a list that is new."""
         self._since_ns = now_ns
 
-    def hindrance(self) -> str:
+    def unreachable_reason(self) -> str:
         """Say, after a colon, why nothing is received."""
         while self._monitor.poll(0):
             self._said = _meaning(self._address, recv_monitor_message(self._monitor)) or self._said

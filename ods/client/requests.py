@@ -60,7 +60,7 @@ class _Asker(Generic[RequestT, AnswerT]):
         except RunDirError as unsafe:
             raise error(str(unsafe)) from None
         except zmq.Again:
-            why = bus.hindrance(self._run_dir, self._row.name) or self._silence
+            why = bus.unreachable_reason(self._run_dir, self._row.name) or self._silence
             raise error(f"no answer from the {process} within {self._timeout_s:g} s{why}") from None
         except bus.UNDECODABLE as wrong:
             raise error(f"bad answer from the {process}: {wrong}") from None

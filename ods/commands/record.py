@@ -13,7 +13,7 @@ from ods.recording.repair import repair
 from ods.recording.service import RecordWorker
 from ods.recording.settings import RecordConfig
 from ods.runtime.processes import PROCESSES
-from ods.runtime.service import run_worker, words_at_the_end
+from ods.runtime.service import report_exit_reason, run_worker
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -45,7 +45,7 @@ def run(args: Namespace) -> int:
 
 def _record(args: Namespace) -> None:
     process = PROCESSES["record"]
-    with words_at_the_end(process.name) as home:
+    with report_exit_reason(process.name) as home:
         config = load(args.config, OnboardConfig)
         home.run_dir = config.bus.run_dir
         settings = RecordConfig(

@@ -35,7 +35,7 @@ def run(args: Namespace) -> int:
         return _once(run_dir, as_json=args.json)
     from ods.commands.watched import watch_screen  # rich is not on board
 
-    watch_screen.live(listen(run_dir), lambda: bus.hindrance(run_dir, "tracker"))
+    watch_screen.live(listen(run_dir), lambda: bus.unreachable_reason(run_dir, "tracker"))
     return 0
 
 
@@ -43,12 +43,12 @@ def _once(run_dir: Path, *, as_json: bool) -> int:
     """Print one look; return 0 where the list is valid, else 1."""
     received = read_once(run_dir)
     if as_json:
-        hindrance = bus.hindrance(run_dir, "tracker") if received.newest is None else ""
-        print(watch_json.text(received, clock.monotonic_ns(), hindrance))
+        unreachable_reason = bus.unreachable_reason(run_dir, "tracker") if received.newest is None else ""
+        print(watch_json.text(received, clock.monotonic_ns(), unreachable_reason))
     else:
         from ods.commands.watched import watch_screen
 
-        watch_screen.once(received, lambda: bus.hindrance(run_dir, "tracker"))
+        watch_screen.once(received, lambda: bus.unreachable_reason(run_dir, "tracker"))
     return 0 if _is_valid(received) else 1
 
 

@@ -53,7 +53,7 @@ class ListenWorker(Worker[ListenConfig]):
         now_s = time.monotonic()
         for door in self._doors:
             if door.step(now_s):
-                self.service.complain_once("listen_errors", door.problem)
+                self.service.log_once("listen_errors", door.problem)
         self._pass_on()
         for asked in self._admission.answer(self._allowed.names):
             self._note(asked)
@@ -76,7 +76,7 @@ class ListenWorker(Worker[ListenConfig]):
 
     def _note(self, asked: Asked) -> None:
         if not asked.name:
-            self.service.complain_once("refused_clients", f"{asked.address} has no allowed key: {asked.key}")
+            self.service.log_once("refused_clients", f"{asked.address} has no allowed key: {asked.key}")
             return
         self.service.counters["admitted_clients"] += 1
         for door in self._doors:

@@ -153,7 +153,7 @@ def endpoint(run_dir: Path, process: str) -> str:
     return f"ipc://{run_dir / process}.sock"
 
 
-def hindrance(run_dir: Path, process: str) -> str:
+def unreachable_reason(run_dir: Path, process: str) -> str:
     """Return, after a colon, why `process` cannot be received; "" when it is only silent."""
     file = run_dir / f"{process}.sock"
     try:

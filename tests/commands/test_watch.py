@@ -118,8 +118,8 @@ def test_a_loud_bottom_is_reported_of_and_a_quiet_one_is_not() -> None:
     assert "bottom" not in shown(picture(0.1), {})
 
 
-def as_json(newest: ObstacleList | None, health: dict[str, Health], hindrance: str = "") -> dict[str, Any]:
-    reported = json.loads(watch_json.text(Received(newest, None, health), NOW, hindrance))
+def as_json(newest: ObstacleList | None, health: dict[str, Health], unreachable_reason: str = "") -> dict[str, Any]:
+    reported = json.loads(watch_json.text(Received(newest, None, health), NOW, unreachable_reason))
     assert isinstance(reported, dict)
     return reported
 
