@@ -1,4 +1,4 @@
-"""For path planners: lists as they come, what may come near, the sonar's range.
+"""For path planners: obstacle lists as they arrive, near misses, requests to the sonar.
 
 from ods.client import Obstacles, near_misses
 
