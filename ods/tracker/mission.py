@@ -22,7 +22,7 @@ from ods.tracker.measurement.from_detections import received
 from ods.tracker.measurement.scan import Vehicle
 from ods.tracker.outline.outlines import Outlines
 from ods.tracker.outline.seen import seen_from
-from ods.tracker.output.bottom import Bottom, bottom_below
+from ods.tracker.output.bottom import bottom_below
 from ods.tracker.output.closest_approach import Course
 from ods.tracker.output.hittable import ReportableFilter
 from ods.tracker.output.multipath import marked
@@ -273,58 +273,41 @@ class MissionTracker:
         reasons = self._inputs.reasons(now_ns, pose_known=pose is not None or shown is None)
         reasons += self._pose_sense.reasons(now_ns)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
-        bottom = bottom_below(pose)
+        bottom, head = bottom_below(pose), head_of(pose, self._mounting)
         reasons += self._common_errors.reasons(convoy=not self._pose_sense.is_doubtful) + self._vanished.reasons()
-        hittable = self._hittable.of(self._common_errors.widened(snapshot), bottom, self._view(t_ns, pose))
+        view = None if head is None else View(self._utc.at(t_ns), head, self._half_vertical)
+        hittable = self._hittable.of(self._common_errors.widened(snapshot), bottom, view)
         centre = None if self._vehicle is None else self._vehicle.position
-        nearest = self._outlines.covering(hittable.snapshot.nearest(self.settings.planner.most_listed, centre))
-        self.left_out = len(hittable.snapshot) - len(nearest)
-        obstacles = self._marked(self._obstacles(nearest, course, bottom, t_ns), shown, pose)
+        nearest = self._outlines.covering(hittable.nearest(self.settings.planner.most_listed, centre))
+        self.left_out = len(hittable) - len(nearest)
+        obstacles = self._outlines.outlined(self._lister.obstacles(nearest, course, bottom), t_ns)
+        if shown is not None and head is not None:
+            obstacles = marked(obstacles, head.position_ned, shown.second_ways_m)
         self._present = self.vetoes.marked(obstacles, now_ns)
         message = ObstacleList(
             seq=self.seq,
-            ping_number=-1 if shown is None else shown.ping_number,
+            ping_number=-1,
             t_ns=t_ns,
             utc_ns=self._utc.at(t_ns),
-            t_rx_ns=0 if shown is None else shown.t_rx_ns,
+            t_rx_ns=0,
             valid=not reasons,
             reasons=reasons,
             obstacles=self._present,
             utc_source=self._utc.source,
             left_out=self.left_out,
-            bottom_left_out=hittable.left_out,
-            unseen=[] if shown is None else shown.unseen,
-            unseen_share=0.0 if shown is None else shown.unseen_share,
-            unseen_why="" if shown is None else shown.unseen_why,
-            heard_from_db=None if shown is None else shown.heard_from_db,
-            caution="" if shown is None else shown.caution,
+            bottom_left_out=len(snapshot) - len(hittable),
             poses_until=self._poses_until,
             poses_heard=self._poses_heard,
             made_ns=now_ns,
             made_utc_ns=self._utc.at(now_ns),
             site=self._site,
             pose=_pose_at(pose),
-            head=_pose_at(head_of(pose, self._mounting)),
-            sector=None if shown is None else shown.sector,
-            processed_ranges_m=[] if shown is None else shown.processed_ranges_m,
+            head=_pose_at(head),
             vetoes=self.vetoes_held(now_ns),
         )
         self.seq += 1
         self._listed_ns = now_ns
-        return message
-
-    def _obstacles(self, nearest: Snapshot, course: Course | None, bottom: Bottom | None, t_ns: int) -> list[Obstacle]:
-        return self._outlines.outlined(self._lister.obstacles(nearest, course, bottom), t_ns)
-
-    def _marked(self, obstacles: list[Obstacle], shown: Detections | None, pose: PoseEstimate | None) -> list[Obstacle]:
-        head = head_of(pose, self._mounting)
-        if shown is None or head is None:
-            return obstacles
-        return marked(obstacles, head.position_ned, shown.second_ways_m)
-
-    def _view(self, t_ns: int, pose: PoseEstimate | None) -> View | None:
-        head = head_of(pose, self._mounting)
-        return None if head is None else View(self._utc.at(t_ns), head, self._half_vertical)
+        return message if shown is None else _of_ping(message, shown)
 
     def _snapshot(self, t_ns: int) -> Snapshot:
         within = None
@@ -335,6 +318,22 @@ class MissionTracker:
         if newest_ns is None or t_ns <= newest_ns:
             return snapshot
         return snapshot.extrapolated((t_ns - newest_ns) / clock.NS, self.settings.motion)
+
+
+def _of_ping(message: ObstacleList, shown: Detections) -> ObstacleList:
+    """Return a list with what its ping did."""
+    return msgspec.structs.replace(
+        message,
+        ping_number=shown.ping_number,
+        t_rx_ns=shown.t_rx_ns,
+        unseen=shown.unseen,
+        unseen_share=shown.unseen_share,
+        unseen_why=shown.unseen_why,
+        heard_from_db=shown.heard_from_db,
+        caution=shown.caution,
+        sector=shown.sector,
+        processed_ranges_m=shown.processed_ranges_m,
+    )
 
 
 def _pose_at(estimate: PoseEstimate | None) -> PoseAt | None:

@@ -42,8 +42,8 @@ class Named(Generic[RowNames]):
 class TrackTable(Generic[RowNames]):
     """A table with an object a column (the last axis), to append objects to and remove them from.
 
-    Always C-contiguous, as kernels want it, and always at the start of the same memory: `table` and `rows` of before a
-    `grow`, `extend` or `keep` are of no use after it.
+    Always C-contiguous, as kernels want it, and always at the start of the same memory: `table` and `rows` of before an
+    `extend` or `keep` are of no use after it.
     """
 
     def __init__(self, record: Callable[..., RowNames], shape: tuple[int, ...], dtype: type[Any] = np.float64) -> None:
@@ -58,11 +58,9 @@ class TrackTable(Generic[RowNames]):
     def __len__(self) -> int:
         return int(self.table.shape[-1])
 
-    def grow(self, count: int) -> RowNames:
-        """Append a number of objects, all numbers 0, and return their rows to be filled in."""
-        old = len(self)
-        extend([self], count)
-        return self._record(*self.table[..., old:])
+    def last(self, count: int) -> RowNames:
+        """Return views of the rows of the last so many objects, to be filled in."""
+        return self._record(*self.table[..., len(self) - count :])
 
     def restore(self, stored: bytes) -> None:
         """Replace all objects by those of another table of the same record, `table.tobytes()`. Raises ValueError."""

@@ -8,10 +8,9 @@ import pytest
 
 from ods.assess.track.scenarios import make
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
-from ods.tracker.named import Named, keep
-from ods.tracker.observer.horizontal import HorizontalFilter, NewPlaces
+from ods.tracker.named import Named, extend, keep
+from ods.tracker.observer.horizontal import Heights, HorizontalFilter, NewPlaces
 from ods.tracker.observer.kalman.independent import IndependentAxes
-from ods.tracker.observer.sensitivity import Heights
 from ods.tracker.scenario import track_scenario
 from ods.tracker.settings import PLUGINS, MotionSettings, TrackerSettings
 
@@ -40,7 +39,8 @@ def test_the_example_of_an_observer_filters_as_the_closed_form_does(plugins: tup
     )
     rows = np.array([0, 2, 3])
     for each in (plain, ours):
-        each.append(start)
+        extend(each.tables(), n)
+        each.start(start)
     for step in range(40):
         k = len(rows)
         noise = rng.uniform(0.05, 0.5, (2, k))

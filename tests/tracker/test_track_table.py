@@ -29,7 +29,8 @@ def test_a_restored_table_grows_and_shrinks() -> None:
     table = TrackTable(each, (2,), np.int64)
     table.restore(np.arange(8).tobytes())
     keep([table], np.array([True, False, True, True]))
-    table.grow(1)[1][:] = 9
+    extend([table], 1)
+    table.last(1)[1][:] = 9
     np.testing.assert_array_equal(table.table, [[0, 2, 3, 0], [4, 6, 7, 9]])
 
 

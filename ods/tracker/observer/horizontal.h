@@ -5,6 +5,29 @@
 
 #include "ods/tracker/measurement/model.h"
 
+/* One object of a table with an object a column: its number of row r is AT(column, r). */
+typedef struct {
+    double *at;
+    int64_t step; /* from one row to the next */
+} Column;
+
+#define AT(column, row) ((column).at[(row) * (column).step])
+
+/* Returns object i of a table of n objects. */
+static inline Column column_of(double *table, int64_t n, int64_t i)
+{
+    return (Column){table + i, n};
+}
+
+/* Returns whether all of `rows` are objects of a table of n. */
+static inline bool all_inside(const int64_t *rows, int64_t count, int64_t n)
+{
+    for (int64_t k = 0; k < count; k++)
+        if (rows[k] < 0 || rows[k] >= n)
+            return false;
+    return true;
+}
+
 /* The first hypothesis; those after it are kinds of motion, of which some observers know one. */
 enum { RESTING, MOVING };
 

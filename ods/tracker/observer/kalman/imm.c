@@ -42,26 +42,26 @@ static inline Column unseen_of(const Tables *tables, int64_t h, int64_t i)
 
 /* ---------------------------------------------------------------- new objects, and what is reported of all */
 
-/* Sets k objects from `first` on. */
-KERNEL(imm_start, TABLES ", int first, f8[2,k] position, f8[2,k] variance, f8[k] covariance_ne, f8[4,2,k] sensitivity, "
+/* Sets the last k objects. */
+KERNEL(imm_start, TABLES ", f8[2,k] position, f8[2,k] variance, f8[k] covariance_ne, f8[4,2,k] sensitivity, "
                          "f8[models] usual, float velocity_variance")
 {
     const Tables tables = TABLES_AT(0);
-    const int64_t first = INT(4), count = SIZE(7, 0);
-    const double *position = ARRAY(const double, 5), *variance = ARRAY(const double, 6);
-    const double *covariance_ne = ARRAY(const double, 7), *sensitivity = ARRAY(const double, 8);
-    const double *usual = ARRAY(const double, 9);
-    if (first < 0 || first + count > tables.n)
+    const int64_t count = SIZE(6, 0);
+    const double *position = ARRAY(const double, 4), *variance = ARRAY(const double, 5);
+    const double *covariance_ne = ARRAY(const double, 6), *sensitivity = ARRAY(const double, 7);
+    const double *usual = ARRAY(const double, 8);
+    if (count > tables.n)
         return;
     for (int64_t k = 0; k < count; k++) {
-        const int64_t i = first + k;
+        const int64_t i = tables.n - count + k;
         const Place place = {position[k], position[count + k], variance[k], variance[count + k], covariance_ne[k]};
         tables.apart[i] = fmod(GOLDEN * (double)i, EXCHANGE_S);
         for (int64_t m = 0; m < tables.models; m++)
             tables.share[m * tables.n + i] = usual[m];
         for (int64_t h = 0; h <= tables.models; h++) {
             const Column unseen = unseen_of(&tables, h, i);
-            ud_start(filter_of(&tables, h, i), place, h == RESTING ? 0.0 : FLOAT(10));
+            ud_start(filter_of(&tables, h, i), place, h == RESTING ? 0.0 : FLOAT(9));
             for (int c = 0; c < UNSEEN; c++)
                 for (int axis = 0; axis < 2; axis++)
                     BY(unseen, c, axis) = sensitivity[(2 * c + axis) * count + k];
