@@ -8,7 +8,7 @@
 #            still 4464
 # Expected:  an error, as for a list that is too long ("Data of length 90 does not fit"); pymavlink refuses 70000
 #            (struct.error) and 71 (IndexError).
-# Matters:   700 m of free water becomes an obstacle at 44.64 m, and 655.36 m one at 0. A sector that a message leaves out
+# Matters:   700 m of free water becomes an obstacle at 44.64 m, and 655.36 m one at 0. A sector that a list leaves out
 #            repeats the distance of an earlier one.
 set -eu
 place=$(mktemp -d)

@@ -7,8 +7,8 @@
 #            $GPGLL,5700.0000,N,01000.0000,E,120000.50,V,N: none
 # Expected:  none from either: by NMEA 0183 status V is a warning of the receiver, and mode N says that data are not
 #            valid. Fields need not be empty then.
-# Matters:   a receiver that has lost its satellites, as under water, may repeat its last position and speed with V. The
-#            display then shows a vehicle that stays where it dived, and a planner is given a speed that nobody measured.
+# Matters:   a receiver that has lost its satellites, as under water, may repeat its last position and speed with V. A
+#            display then shows a vehicle that stays where it dived, and a planner has a speed that nobody measured.
 set -eu
 place=$(mktemp -d)
 trap 'rm -rf "$place"' EXIT
