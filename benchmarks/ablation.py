@@ -24,10 +24,10 @@ import numpy as np
 
 from benchmarks.simulator.sea_scenes import BEDS, scene_text
 from ods.assess.sea.assessment import shipped_scenes
-from ods.assess.sea.bodies import SceneBodies
 from ods.assess.sea.command import CLEARANCE_M, SECONDS
 from ods.assess.sea.judge import SceneScore, judge
 from ods.assess.sea.run import DetectedPing, detected, images_of, listed, scene_with_seed
+from ods.assess.sea.scene_objects import SceneObjects
 from ods.assess.sea.table import TRACKED_LIMIT
 from ods.base.arrays import Indices
 from ods.base.files.shipped import shipped_file
@@ -177,7 +177,7 @@ VARIANTS = (
 def scores_of(run: Run, folder: Path, names: Sequence[str]) -> list[tuple[str, SceneScore]]:
     """Return how a run goes with each tracker."""
     pings, scene = detections_of(run, folder), scene_with_seed(run.file, run.seed)
-    bodies, scores = SceneBodies(scene, CLEARANCE_M), []
+    bodies, scores = SceneObjects(scene, CLEARANCE_M), []
     for variant in chosen(names):
         with ExitStack() as stack:
             for name in variant.without:

@@ -20,7 +20,7 @@ from ods import __version__
 from ods.base.command_line.log_writer import LogWriter
 from ods.base.computer import open_files
 from ods.base.computer.memory import TOO_LITTLE, is_too_little
-from ods.base.errors import OdsError, reason_of, why_no_kernels
+from ods.base.errors import OdsError, missing_kernels_reason, reason_of
 from ods.runtime.processes import PROCESSES
 
 BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})
@@ -62,43 +62,43 @@ class Command(NamedTuple):
 GROUPS = {
     "map": ("ACTION", "the map of static objects: list, export, merge, prune"),
     "keys": ("ACTION", "keys of clients on other computers: make, list, revoke"),
-    "veto": ("ACTION", "an operator's say: ignore, forget or restore obstacles"),
-    "bridge": ("NAME", "obstacles to planners and displays of others"),
+    "veto": ("ACTION", "operator's vetoes: ignore, forget or restore obstacles"),
+    "bridge": ("NAME", "send obstacles to other planners and displays"),
     "assess": ("WHAT", "accuracy and speed of every setting, on one chart"),
 }
 COMMANDS = (
-    Command("run", "ods.commands.run", "keep the on-board processes up", ONBOARD),
+    Command("run", "ods.commands.run", "start the on-board processes and keep them running", ONBOARD),
     *(Command(process.command, f"ods.commands.{'bridge' if ' ' in process.command else 'process'}",
               f"one process: {process.job}", ONBOARD if process.on_board else BENCH)
       for process in PROCESSES.values() if process.name not in ("record", "listen")),
     Command("listen", "ods.commands.listen", "one process: topics for other computers, by tcp with keys", ONBOARD),
-    Command("keys make", "ods.commands.keys.make", "let a client on another computer listen", ONBOARD),
-    Command("keys list", "ods.commands.keys.list", "clients that may listen", ONBOARD),
-    Command("keys revoke", "ods.commands.keys.revoke", "let a client listen no longer", ONBOARD),
-    Command("veto ignore", "ods.commands.veto.ignore", "ignore an obstacle, for a time", ONBOARD),
-    Command("veto region", "ods.commands.veto.region", "ignore what rests in a region, for a time", ONBOARD),
-    Command("veto forget", "ods.commands.veto.forget", "drop an obstacle; echoes of it begin a new one", ONBOARD),
+    Command("keys make", "ods.commands.keys.make", "make a key for a client on another computer", ONBOARD),
+    Command("keys list", "ods.commands.keys.list", "list the clients that may listen", ONBOARD),
+    Command("keys revoke", "ods.commands.keys.revoke", "revoke the key of a client", ONBOARD),
+    Command("veto ignore", "ods.commands.veto.ignore", "ignore an obstacle for some time", ONBOARD),
+    Command("veto region", "ods.commands.veto.region", "ignore static obstacles in a region for some time", ONBOARD),
+    Command("veto forget", "ods.commands.veto.forget", "drop an obstacle; its next echoes start a new one", ONBOARD),
     Command("veto restore", "ods.commands.veto.restore", "end a veto before it expires", ONBOARD),
     Command("veto list", "ods.commands.veto.list", "vetoes that hold", ONBOARD),
     Command("bench", "ods.bench.command", "whole chain against the simulated sonar and vehicle", BENCH),
     Command("watch", "ods.commands.watch", "live table of obstacles and health", ONBOARD),
     Command("doctor", "ods.doctor.command", "check configuration, devices, clock, versions", ONBOARD),
-    Command("record", "ods.commands.record", "what is on the bus, to files", ONBOARD),
-    Command("info", "ods.commands.info", "what is in a recording", NO_CONFIG),
-    Command("export", "ods.export.command", "a recording for Lichtblick, ROS 2, pandas, 7k or map software", RECORDED),
-    Command("replay", "ods.replay.command", "a recording played again: live, or checked", RECORDED),
+    Command("record", "ods.commands.record", "record all messages to files", ONBOARD),
+    Command("info", "ods.commands.info", "show the contents of a recording", NO_CONFIG),
+    Command("export", "ods.export.command", "convert a recording for Lichtblick, ROS 2, pandas, 7k or maps", RECORDED),
+    Command("replay", "ods.replay.command", "replay a recording, live or as a check", RECORDED),
     Command("set-sonar", "ods.commands.set_sonar", "set range, power or gain, or show them", ONBOARD),
-    Command("simulate", "ods.simulate.command", "sonar images of a scene, with the truth behind them", NO_CONFIG),
+    Command("simulate", "ods.simulate.command", "simulate sonar images of a scene, with the truth", NO_CONFIG),
     Command("detect", "ods.commands.detect", "detections in recorded sonar images", BUILT_IN_SETTINGS),
-    Command("calibrate", "ods.calibrate.command", "the sonar's mounting, from a recording of one object", ONBOARD),
+    Command("calibrate", "ods.calibrate.command", "find the sonar's mounting from a recording of one object", ONBOARD),
     Command("track", "ods.track.command", "obstacles of recorded or simulated pings", BUILT_IN_SETTINGS),
     Command("missions", "ods.missions.command", "missions in random worlds, with a planner in the loop", NO_CONFIG),
-    Command("workbench", "ods.workbench.command", "all of it in a browser: sliders, images, tracks, scenes",
+    Command("workbench", "ods.workbench.command", "tune everything in a browser: sliders, images, tracks, scenes",
             BUILT_IN_SETTINGS),
     Command("map list", "ods.map.commands.list", "table of the objects", ONBOARD),
     Command("map export", "ods.map.commands.export", "the objects as geographic data", ONBOARD),
     Command("map prune", "ods.map.commands.prune", "remove objects; any one criterion is enough", ONBOARD),
-    Command("map merge", "ods.map.commands.merge", "two missions' maps as one", BUILT_IN_SETTINGS),
+    Command("map merge", "ods.map.commands.merge", "merge the maps of two missions", BUILT_IN_SETTINGS),
     Command("assess detect", "ods.assess.detection.command", "the pipeline's filters, detectors, attention",
             BUILT_IN_SETTINGS),
     Command("assess sea", "ods.assess.sea.command", "false obstacles and tracked objects over sea-beds",
@@ -154,7 +154,7 @@ def _run(argv: Sequence[str] | None) -> int:
     except OSError as error:
         if error.errno not in NO_ROOM:
             raise
-        print(f"ods {args.command}: cannot write what it prints: {reason_of(error)}", file=sys.stderr)
+        print(f"ods {args.command}: cannot write its output: {reason_of(error)}", file=sys.stderr)
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # for what is left of it
         return 2
 
@@ -184,7 +184,7 @@ def _print_any_name() -> None:
 
 def _missing(error: ImportError) -> str:
     """Return the line that says what to build or install, or raise `error` again where neither would help."""
-    if why := why_no_kernels(error):
+    if why := missing_kernels_reason(error):
         return why
     module = (error.name or "").partition(".")[0]
     for extra, modules in (
@@ -237,6 +237,6 @@ def _add_command(parser: _Parser, row: Command) -> None:
     parser.module = row.module
     parser.add_argument("--log-level", choices=LEVELS, default="info")
     if row.config in (BUILT_IN_SETTINGS, RECORDED):
-        parser.add_argument("--config", type=Path, help=f"take the settings from there (default: {row.config})")
+        parser.add_argument("--config", type=Path, help=f"configuration file (default: {row.config})")
     elif row.config != NO_CONFIG:
         parser.add_argument("--config", type=Path, default=Path(row.config), help=f"default: {row.config}")

@@ -143,7 +143,7 @@ def test_what_cannot_be_is_refused_where_it_is_decoded(
     assert sent(message | change, kind) is None
 
 
-BUSY_DISK = "the disk of the run folder does not answer"
+BUSY_DISK = "the disk of the run folder does not respond"
 
 
 class TrackerAlone:
@@ -163,7 +163,7 @@ class TrackerAlone:
     def overload(self) -> str:
         return ""
 
-    def complain_once(self, key: str, text: str) -> None:
+    def log_once(self, key: str, text: str) -> None:
         self.counters[key] += BUSY_DISK not in text and OVERLOADED not in text
 
     def publish(self, _topic: str, message: ObstacleList | Clearance) -> None:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 
-from ods.assess.sea.bodies import SceneBodies
+from ods.assess.sea.scene_objects import SceneObjects
 from ods.base.clock import NS
 from ods.base.settings_file import load
 from ods.messages import Obstacle, ObstacleList, Ping, Pose
@@ -142,7 +142,7 @@ def scene_of(cause: Cause) -> Scene:
     return Scene(msgspec.structs.replace(file, vehicle=vehicle, image=image, sea_bed=bed, duration_s=cause.seconds))
 
 
-def false_ids(reported: ObstacleList, bodies: SceneBodies, t_s: float) -> tuple[set[int], list[bool]]:
+def false_ids(reported: ObstacleList, bodies: SceneObjects, t_s: float) -> tuple[set[int], list[bool]]:
     """Return the ids of active obstacles that are no body, and which bodies are in the list."""
     active = [o for o in reported.obstacles if o.state == "active" and not suspect(o)]
     places = np.array([o.position_ned[:2] for o in active]).reshape(-1, 2)
@@ -169,7 +169,7 @@ def judged(cause: Cause) -> Result:
     """Return what is reported of a cause."""
     scene = scene_of(cause)
     source = simulated(scene, find_sonar("seabat6012", SCENE))
-    mission, bodies = Mission(MissionSettings()), SceneBodies(scene, 0.0)
+    mission, bodies = Mission(MissionSettings()), SceneObjects(scene, 0.0)
     false: set[int] = set()
     seen, unseen, valid, spent = [], [], [], []
     invalid_until_s, false_s, said = 0.0, 0.0, dict[str, float]()

@@ -17,8 +17,8 @@ from ods.base.clock import NS
 from ods.base.frames.mounting import AT_ORIGIN
 from ods.base.geodesy import LocalFrame
 from ods.export.command import FORMATS, maker
+from ods.export.conversion import TOPICS, export
 from ods.export.place import Place
-from ods.export.pour import TOPICS, export
 from ods.messages import ClosestApproach, Detection, Detections, Health, Obstacle, ObstacleList, Ping, Pose, Sector
 from ods.recording.mcap.reader import open_recording
 from ods.recording.mcap.segment import Logged, Segment

@@ -21,7 +21,7 @@ from benchmarks.tracker.against import scan_steps
 from benchmarks.tracker.fields import SETTLING, SIZES, TIMED, field
 from ods.base.clock import NS
 from ods.messages import Pose
-from ods.plots.chart import dress, number, save_figure
+from ods.plots.chart import number, save_figure, style_axes
 from ods.plots.style import SERIES, STRONG, add_style, drawn_in
 from ods.pose.buffer import PoseBuffer
 from ods.tracker import scenario
@@ -172,7 +172,7 @@ def draw(all_of_them: list[Contestant]) -> Figure:
     number(axes.yaxis)
     axes.set_xticks([objects for objects, _ in SIZES], [f"{objects} x {found}" for objects, found in SIZES])
     axes.set_xticks([], minor=True)
-    dress(axes, "a scan step, association included", "objects in view x detections", "CPU time, ms, median")
+    style_axes(axes, "a scan step, association included", "objects in view x detections", "CPU time, ms, median")
     return figure
 
 

@@ -68,7 +68,7 @@ def main() -> None:
         "--recording", action=argparse.BooleanOptionalAction, default=True, help="one of ten minutes, opened"
     )
     parser.add_argument(
-        "--gallery", action=argparse.BooleanOptionalAction, default=True, help="its exhibits, each opened twice"
+        "--gallery", action=argparse.BooleanOptionalAction, default=True, help="its demos, each opened twice"
     )
     parser.add_argument("--folder", type=Path, action="append", default=[], help="with recordings for the gallery")
     parser.add_argument("--beside", type=int, default=100, help="moves of a slider beside a movie; 0: none")

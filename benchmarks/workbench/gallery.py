@@ -1,7 +1,7 @@
 """Exhibits of the gallery, opened in a browser; part of `python -m benchmarks.workbench`.
 
 The clock of the page runs from the click on *Open*, with a click on the menu Image processing right behind it, to the
-first image drawn. Each exhibit is opened twice: for the first time in the server's life, and again.
+first image drawn. Each demo is opened twice: for the first time in the server's life, and again.
 """
 
 import tempfile
@@ -55,7 +55,7 @@ def tell(folders: Sequence[Path]) -> None:
         time.sleep(SETTLE_S)
         titles: list[str] = window.execute_script(CARDS)
         first, again = ({title: _open(window, title) for title in titles} for _ in range(2))
-        print("\n| exhibit | first, ms | again, ms |\n|---|---|---|")
+        print("\n| demo | first, ms | again, ms |\n|---|---|---|")
         for title in titles:
             print(f"| {title} | {first[title]:.0f} | {again[title]:.0f} |", flush=True)
 

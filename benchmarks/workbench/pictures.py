@@ -77,7 +77,7 @@ def _echogram(hand: Hand) -> None:
 
 def _missions(hand: Hand) -> None:
     hand.choose("campaigns of ODS", "dense")
-    hand.press("dense, mission 0: not flown yet")
+    hand.press("dense, mission 0: not run yet")
     hand.sees("least clearance")
 
 

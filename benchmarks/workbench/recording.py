@@ -12,7 +12,7 @@ from pathlib import Path
 from benchmarks.workbench import scrub
 from benchmarks.workbench.beside import SAMPLES, recording
 from ods.workbench.engine.data import Data, open_data
-from ods.workbench.engine.ping.study import POSES_BEFORE
+from ods.workbench.engine.ping.analysis import POSES_BEFORE
 from ods.workbench.model.state import DataReference
 
 PINGS, BEAMS = 4200, 60

@@ -9,10 +9,10 @@ import numpy as np
 from ods.base.arrays import AnyArray
 from ods.base.clock import NS
 from ods.messages import Ping
-from ods.sonar_link.orders import configured_orders
 from ods.sonar_link.ping_builder import Geometry, Stamp, build_ping, listening_ns, make_beam_table
 from ods.sonar_link.protocol import SonarProtocol
 from ods.sonar_link.registry import sonar_protocol
+from ods.sonar_link.setting_requests import configured_requests
 from ods.sonar_link.settings import SonarSettings
 
 _SYNC = b"PING"
@@ -24,7 +24,7 @@ class SketchProtocol(SonarProtocol):
     """One Sketch. Counters: pings, bad_ping, garbage_bytes."""
 
     def __init__(self, settings: SonarSettings, counters: "Counter[str]") -> None:
-        super().__init__(configured_orders(settings, counters), counters)
+        super().__init__(configured_requests(settings, counters), counters)
         self._longest = settings.max_record_bytes
         self._timeout_ns = round(settings.record_timeout_s * NS)
         self._bytes = bytearray()

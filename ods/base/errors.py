@@ -17,7 +17,7 @@ class UnfitFileError(OSError):
     """What is there is not to be read, whatever the operating system says; its `strerror` is why."""
 
 
-def why_no_kernels(error: BaseException) -> str:
+def missing_kernels_reason(error: BaseException) -> str:
     """Return why the kernels in C cannot be loaded, where that is what `error` says, else nothing."""
     if not isinstance(error, ImportError):
         return ""

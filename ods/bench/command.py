@@ -10,11 +10,11 @@ from ods.plots.style import add_style
 
 def add_arguments(parser: ArgumentParser) -> None:
     """What goes before the configuration."""
-    parser.add_argument("--scene", type=Path, help="what is simulated (default: from the configuration)")
+    parser.add_argument("--scene", type=Path, help="scene to simulate (default: from the configuration)")
     parser.add_argument("--onboard", type=Path, help="configuration under test (default: from the configuration)")
     parser.add_argument("--seconds", type=duration_s, help="length of the mission (default: from the configuration)")
     parser.add_argument("--out", type=Path, help="folder of the results (default: from the configuration)")
-    parser.add_argument("--record", type=Path, metavar="DIR", help="record everything into a new folder there")
+    parser.add_argument("--record", type=Path, metavar="DIR", help="record everything to a new folder in this one")
     add_style(parser)
 
 

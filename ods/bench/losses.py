@@ -31,10 +31,10 @@ class PingLosses(msgspec.Struct, frozen=True):
 
 
 WORDS = {
-    "on_line": "did not come out of the sonar process",
-    "left_out": "left out by pipeline or tracker, as newer ones waited",
-    "unread": "answered by lists that the bench was too slow to read",
-    "last_moment": "at the end, with no report of them",
+    "on_line": "not published by the sonar process",
+    "left_out": "skipped by pipeline or tracker because newer ones waited",
+    "unread": "in lists that the bench was too slow to read",
+    "last_moment": "at the end, without a report",
     "unexplained": "lost by ODS, uncounted",
 }
 
@@ -52,7 +52,7 @@ def losses_of(record: RunRecord, answered: set[int]) -> PingLosses:
     return PingLosses(on_line, left_out, unread, len(last), rest - left_out - unread)
 
 
-def only_the_machine(losses: PingLosses, limit: int, machine: MachineLoad) -> bool:
+def explained_by_load(losses: PingLosses, limit: int, machine: MachineLoad) -> bool:
     """Return whether a busy computer explains all losses but as many as are allowed."""
     return machine.busy and losses.unexplained <= limit
 

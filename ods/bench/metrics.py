@@ -7,7 +7,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.bench.losses import PingLosses, losses_of, only_the_machine
+from ods.bench.losses import PingLosses, explained_by_load, losses_of
 from ods.bench.machine import MachineLoad
 from ods.bench.settings import BenchLimits
 from ods.bench.way.avoidance import Avoidance, missed as avoidance_missed
@@ -125,7 +125,7 @@ def summarize(
 def _is_the_machines(name: str, summary: Summary, limits: BenchLimits) -> bool:
     """Return whether a busy computer explains a missed limit: one on times, or pings left out for lack of time."""
     if name == "pings_lost":
-        return only_the_machine(summary.losses, limits.pings_lost, summary.machine)
+        return explained_by_load(summary.losses, limits.pings_lost, summary.machine)
     return summary.machine.busy and (name in TIMES or name in summary.back_s)
 
 
@@ -186,7 +186,7 @@ def _missed(summary: Summary, limits: BenchLimits) -> dict[str, str]:
     if limits.tracked_share is not None and not summary.tracked_share >= limits.tracked_share:
         found["tracked_share"] = f"tracked_share is {summary.tracked_share:.3g}, the limit is {limits.tracked_share:g}"
     return found | {
-        name: f"{name} was back after {seconds:.1f} s, the limit is {limits.back_within_s:g}"
+        name: f"{name} restarted after {seconds:.1f} s, the limit is {limits.back_within_s:g}"
         for name, seconds in summary.back_s.items()
         if not seconds <= limits.back_within_s
     }

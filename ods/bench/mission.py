@@ -14,12 +14,12 @@ from ods.bench.metrics import summarize
 from ods.bench.runner import fly_mission
 from ods.bench.settings import BenchConfig
 from ods.bench.way.avoidance import Mission, judge
-from ods.bench.way.best_way import best_way, length_m
-from ods.bench.way.way_picture import draw_way
+from ods.bench.way.best_path import best_path, length_m
+from ods.bench.way.path_picture import draw_path
 from ods.offline import picture
 from ods.plots.style import drawn_in
 from ods.sim_sonar.scene.timeline import load_scene
-from ods.sim_sonar.steered import Steered, at_start
+from ods.sim_sonar.steered import SteeredVehicle, at_start
 
 
 def run(args: Namespace) -> int:
@@ -31,7 +31,7 @@ def run(args: Namespace) -> int:
     steered = steered_mission(settings)
     found = best = None
     if steered is not None:
-        best = best_way(steered, record.way[0]) if len(record.way) else None
+        best = best_path(steered, record.way[0]) if len(record.way) else None
         found = judge(steered, record.way, record.set_points, None if best is None else length_m(best))
     summary = summarize(record, settings.limits, settings.settle_s, machine, found)
     settings.out.mkdir(parents=True, exist_ok=True)
@@ -39,7 +39,7 @@ def run(args: Namespace) -> int:
     with drawn_in(args.style):
         picture.draw_run(record, settings.out / "scene.png", Mounting(mounting_in(settings.onboard)))
         if steered is not None and len(record.way):
-            draw_way(steered, record, best, settings.out / "way.png")
+            draw_path(steered, record, best, settings.out / "way.png")
     report.show(summary, settings)
     return 1 if summary.broken else 0
 
@@ -48,7 +48,7 @@ def steered_mission(settings: BenchConfig) -> Mission | None:
     """Return what a steered vehicle had to do, none: it went as the scene says."""
     if settings.planner is None or settings.sim.vehicle is None:
         return None
-    still = Steered(settings.sim.vehicle.can_do, at_start(0.0, 0.0))
+    still = SteeredVehicle(settings.sim.vehicle.can_do, at_start(0.0, 0.0))
     return Mission(
         load_scene(settings.sim.scene, vehicle=still),
         settings.planner.way_points,

@@ -53,7 +53,7 @@ def show(summary: Summary, settings: BenchConfig) -> None:
     console.print(objects_table(summary.objects))
     console.print(_processes(summary))
     for name, seconds in summary.back_s.items():
-        console.print(f"{name} was killed and back after {seconds:.1f} s")
+        console.print(f"{name} was killed and restarted after {seconds:.1f} s")
     console.print(f"results: {settings.out}", highlight=False)
     if summary.not_judged:
         line = f"not judged: the machine was busy ({summary.machine}): {'; '.join(summary.not_judged)}"
@@ -108,9 +108,9 @@ def _avoidance(summary: Summary, settings: BenchConfig) -> list[tuple[str, str, 
     return [
         ("arrived", f"after {found.seconds:.0f} s" if found.arrived else "no", f"within {settings.seconds:.0f} s"),
         ("least clearance", f"{found.clearance_m:.2f} m ({found.nearest})", f">= {limits.clearance_m:g} m"),
-        ("least height over the bottom", f"{found.over_bottom_m:.2f} m", f">= {limits.over_bottom_m:g} m"),
-        ("way over that of an all-knowing planner", f"{found.path_ratio:.3f}", f"<= {limits.path_ratio:g}"),
-        ("way over the straight one", f"{found.straight_ratio:.3f}", ""),
+        ("smallest height over the bottom", f"{found.over_bottom_m:.2f} m", f">= {limits.over_bottom_m:g} m"),
+        ("path length relative to an all-knowing planner's", f"{found.path_ratio:.3f}", f"<= {limits.path_ratio:g}"),
+        ("path length relative to a straight line", f"{found.straight_ratio:.3f}", ""),
         ("evasions", str(found.evasions), ""),
         ("no valid list, stopped", f"{found.not_valid_s:.1f} s, {found.stopped_s:.1f} s", ""),
     ]

@@ -11,13 +11,13 @@ from ods.sim_sonar.settings import SimConfig
 
 
 class KillSettings(Settings, frozen=True):
-    """A signal to a process."""
+    """A signal sent to a process."""
 
     process: Literal["sonar", "pipeline", "tracker", "nav", "planner"]
     at_s: NonNegative
     """Mission time."""
     signal: Literal["KILL", "STOP"] = "KILL"
-    """STOP: it hangs until it is killed; not for the planner."""
+    """STOP: the process hangs until it is killed; not for the planner."""
 
     def __post_init__(self) -> None:
         if (self.process, self.signal) == ("planner", "STOP"):
@@ -25,12 +25,12 @@ class KillSettings(Settings, frozen=True):
 
 
 class AvoidLimits(Settings, frozen=True):
-    """With a planner; a collision or no arrival always fails."""
+    """With a planner; a collision always fails, as does not reaching the goal."""
 
     clearance_m: NonNegative
     """From the vehicle's circle to any object."""
     path_ratio: Annotated[float, msgspec.Meta(ge=1.0)]
-    """Over an all-knowing planner's path."""
+    """Path length relative to that of an all-knowing planner."""
     over_bottom_m: NonNegative = 0.0
 
 
@@ -51,10 +51,10 @@ class BenchLimits(Settings, frozen=True):
     tracked_share: Fraction | None = None
     """Of the lists, with a track of each object, once `settle_s` in the sector."""
     false_tracks: NonNegativeInt | None = None
-    """Confirmed tracks of no object."""
+    """Confirmed tracks without an object."""
     avoid: AvoidLimits | None = None
     back_within_s: Positive = 3.0
-    """From a kill to the next sign of life."""
+    """From a kill to the next health report."""
 
 
 class BenchConfig(SimConfig, frozen=True):

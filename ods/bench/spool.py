@@ -8,12 +8,12 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from ods.base.files.by_place import ByPlace
+from ods.base.files.lazy_sequence import LazySequence
 
 ItemT = TypeVar("ItemT")
 
 
-class Spool(ByPlace[ItemT]):
+class Spool(LazySequence[ItemT]):
     """Messages in the order in which they were appended; in memory there are 8 bytes of each."""
 
     def __init__(self, kind: Any, folder: Path | None = None) -> None:

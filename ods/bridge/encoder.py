@@ -2,7 +2,7 @@
 
 from typing import NamedTuple, Protocol
 
-from ods.bridge.moment import Moment
+from ods.bridge.extrapolated_list import ExtrapolatedList
 
 
 class Encoded(NamedTuple):
@@ -16,5 +16,5 @@ class Encoded(NamedTuple):
 class Encoder(Protocol):
     """Turns lists into datagrams."""
 
-    def encode(self, moment: Moment) -> Encoded:
+    def encode(self, extrapolated: ExtrapolatedList) -> Encoded:
         """Return the datagrams of a list that is valid."""

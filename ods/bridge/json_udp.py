@@ -10,7 +10,7 @@ import msgspec
 
 from ods.base.frames.quaternion import Quaternion
 from ods.bridge.encoder import Encoded
-from ods.bridge.moment import Moment
+from ods.bridge.extrapolated_list import ExtrapolatedList
 from ods.bridge.settings import JsonSettings
 from ods.messages import Obstacle, Outline, UnseenPart
 
@@ -28,35 +28,35 @@ class JsonEncoder:
     def __init__(self, settings: JsonSettings) -> None:
         self._settings = settings
 
-    def encode(self, moment: Moment) -> Encoded:
+    def encode(self, extrapolated: ExtrapolatedList) -> Encoded:
         """Return one datagram."""
-        head = msgspec.json.encode(_head(moment))[:-1] + b',"obstacles":['
+        head = msgspec.json.encode(_head(extrapolated))[:-1] + b',"obstacles":['
         room = self._settings.most_bytes - len(head) - len(b"],") - len(LEFT_OUT) - len(b"1000000}")
         items: list[bytes] = []
-        for obstacle in moment.nearest(self._settings.most_obstacles):
-            item = msgspec.json.encode(_obstacle(obstacle, moment))
+        for obstacle in extrapolated.nearest(self._settings.most_obstacles):
+            item = msgspec.json.encode(_obstacle(obstacle, extrapolated))
             room -= len(item) + 1
             if room < 0:
                 break
             items.append(item)
-        left_out = moment.left_out(len(items))
+        left_out = extrapolated.left_out(len(items))
         return Encoded([head + b",".join(items) + b"]," + LEFT_OUT + b"%d}" % left_out], left_out)
 
 
-def _head(moment: Moment) -> dict[str, Any]:
-    obstacle_list, site = moment.obstacle_list, moment.obstacle_list.site
+def _head(extrapolated: ExtrapolatedList) -> dict[str, Any]:
+    obstacle_list, site = extrapolated.obstacle_list, extrapolated.obstacle_list.site
     return {
         "ods": FORMAT,
         "seq": obstacle_list.seq,
-        "utc_ms": moment.utc_ns // MS,
+        "utc_ms": extrapolated.utc_ns // MS,
         "utc_source": obstacle_list.utc_source,
-        "age_s": round(moment.age_s, 3),
+        "age_s": round(extrapolated.age_s, 3),
         "site": site,
         "frame": obstacle_list.frame,
         "vehicle": {
-            "position_ned": _rounded(moment.vehicle()),
-            "velocity_ned": _rounded(moment.pose.velocity_ned),
-            "heading_deg": round(heading_deg(moment.pose.attitude), 2),
+            "position_ned": _rounded(extrapolated.vehicle()),
+            "velocity_ned": _rounded(extrapolated.pose.velocity_ned),
+            "heading_deg": round(heading_deg(extrapolated.pose.attitude), 2),
         },
         "bottom_left_out": obstacle_list.bottom_left_out,
         "unseen_share": round(obstacle_list.unseen_share, 3),
@@ -75,13 +75,13 @@ def _unseen(part: UnseenPart) -> dict[str, Any]:
     }
 
 
-def _obstacle(obstacle: Obstacle, moment: Moment) -> dict[str, Any]:
+def _obstacle(obstacle: Obstacle, extrapolated: ExtrapolatedList) -> dict[str, Any]:
     cpa = obstacle.cpa
     return {
         "id": obstacle.id,
         "state": obstacle.state,
-        "distance_m": round(moment.edge_m(obstacle), 3),
-        "position_ned": _rounded(moment.place(obstacle)),
+        "distance_m": round(extrapolated.edge_m(obstacle), 3),
+        "position_ned": _rounded(extrapolated.place(obstacle)),
         "velocity_ned": _rounded(obstacle.velocity_ned),
         "radius_m": round(obstacle.radius_m, 3),
         "sigma_position": _rounded(obstacle.sigma_position),
@@ -94,22 +94,22 @@ def _obstacle(obstacle: Obstacle, moment: Moment) -> dict[str, Any]:
         "bottom_probability": round(obstacle.bottom_probability, 3),
         "moving": round(obstacle.moving, 3),
         "multipath_of": obstacle.multipath_of,
-        "ignored": _ignored(obstacle, moment),
+        "ignored": _ignored(obstacle, extrapolated),
         "near_m": _metres(obstacle.near_m),
         "sigma_near_m": _metres(obstacle.sigma_near_m),
         "elongated": round(obstacle.elongated, 3),
         "outline": None if obstacle.outline is None else _outline(obstacle.outline),
         "cpa": None if cpa is None else {
-            "time_s": round(moment.approach_s(cpa), 2),
+            "time_s": round(extrapolated.approach_s(cpa), 2),
             "distance_m": round(cpa.distance_m, 3),
             "sigma_m": round(cpa.sigma_m, 3),
         },
     }  # fmt: skip
 
 
-def _ignored(obstacle: Obstacle, moment: Moment) -> dict[str, Any] | None:
+def _ignored(obstacle: Obstacle, extrapolated: ExtrapolatedList) -> dict[str, Any] | None:
     """Return the operator's veto of an obstacle; None: there is none."""
-    for veto in moment.obstacle_list.vetoes:
+    for veto in extrapolated.obstacle_list.vetoes:
         if veto.number == obstacle.ignored_by:
             return {"by": veto.author, "why": veto.reason, "until_utc_ms": veto.until_utc_ns // MS}
     return None

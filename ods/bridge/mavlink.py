@@ -13,8 +13,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from ods.base.clock import MS
 from ods.base.frames.quaternion import Vector3, conjugate, rotated
 from ods.bridge.encoder import Encoded
+from ods.bridge.extrapolated_list import ExtrapolatedList
 from ods.bridge.json_udp import heading_deg
-from ods.bridge.moment import Moment
 from ods.bridge.settings import MavlinkSettings
 from ods.messages import Clearance, Obstacle
 
@@ -59,27 +59,31 @@ class MavlinkEncoder:
         """Keep the clearance of the list that is encoded next."""
         self._clearance = clearance
 
-    def encode(self, moment: Moment) -> Encoded:
+    def encode(self, extrapolated: ExtrapolatedList) -> Encoded:
         """Return the messages, as many in a datagram as Ethernet takes in one piece."""
         self._datagrams = []
         if self._clearance is None:
             return Encoded([], 0)
-        sectors = around_bow(self._clearance, heading_deg(moment.pose.attitude), moment.age_s, self._settings.near_m)
+        sectors = around_bow(
+            self._clearance, heading_deg(extrapolated.pose.attitude), extrapolated.age_s, self._settings.near_m
+        )
         distances_m = [reported_m(sector, self._settings) for sector in sectors]
         if self._settings.form == "distance":
-            self._send_distances(moment, distances_m)
+            self._send_distances(extrapolated, distances_m)
             return Encoded(self._datagrams, 0)
-        nearest = [(each, nearest_point(each, moment)) for each in moment.nearest(self._settings.most_obstacles)]
+        nearest = [
+            (each, nearest_point(each, extrapolated)) for each in extrapolated.nearest(self._settings.most_obstacles)
+        ]
         sent = [(each.id, place) for each, place in nearest if math.hypot(*place) <= self._settings.most_m]
-        self._send_points(moment, distances_m, sent)
-        return Encoded(self._datagrams, moment.left_out(len(sent)))
+        self._send_points(extrapolated, distances_m, sent)
+        return Encoded(self._datagrams, extrapolated.left_out(len(sent)))
 
-    def _send_distances(self, moment: Moment, distances_m: list[float | None]) -> None:
+    def _send_distances(self, extrapolated: ExtrapolatedList, distances_m: list[float | None]) -> None:
         most_cm = round(self._settings.most_m * 100.0)
         distances = [UNKNOWN if each is None else min(math.floor(each * 100.0), most_cm + 1) for each in distances_m]
         self._mav.send(
             dialect.MAVLink_obstacle_distance_message(
-                time_usec=moment.now_ns // 1000,
+                time_usec=extrapolated.now_ns // 1000,
                 sensor_type=dialect.MAV_DISTANCE_SENSOR_ULTRASOUND,
                 distances=distances,
                 increment=round(WIDTH_DEG),
@@ -91,22 +95,24 @@ class MavlinkEncoder:
             )
         )
 
-    def _send_points(self, moment: Moment, distances_m: list[float | None], nearest: list[tuple[int, Vector3]]) -> None:
+    def _send_points(
+        self, extrapolated: ExtrapolatedList, distances_m: list[float | None], nearest: list[tuple[int, Vector3]]
+    ) -> None:
         """Send obstacles, and what else bounds the known water, as one set: all have one time."""
-        time_ms = moment.now_ns // MS % MOST_MS
-        heading = math.radians(heading_deg(moment.pose.attitude))
+        time_ms = extrapolated.now_ns // MS % MOST_MS
+        heading = math.radians(heading_deg(extrapolated.pose.attitude))
         for number, place in nearest:
-            self._send_point(moment, time_ms, number & 0x7FFF, place)
+            self._send_point(extrapolated, time_ms, number & 0x7FFF, place)
         for number, distance in enumerate(distances_m):
             if distance is not None and distance <= self._settings.most_m:
                 azimuth = heading + math.radians(number * WIDTH_DEG)
                 level = distance * math.cos(azimuth), distance * math.sin(azimuth), 0.0
-                self._send_point(moment, time_ms, NO_ID, level)
+                self._send_point(extrapolated, time_ms, NO_ID, level)
 
-    def _send_point(self, moment: Moment, time_ms: int, number: int, place_ned: Vector3) -> None:
+    def _send_point(self, extrapolated: ExtrapolatedList, time_ms: int, number: int, place_ned: Vector3) -> None:
         """Send a point, never so near that it would not be taken."""
         scale = max(1.0, 1.01 * LEAST_M / math.hypot(*place_ned))
-        x, y, z = rotated(conjugate(moment.pose.attitude), place_ned)
+        x, y, z = rotated(conjugate(extrapolated.pose.attitude), place_ned)
         self._mav.send(
             dialect.MAVLink_obstacle_distance_3d_message(
                 time_boot_ms=time_ms,
@@ -163,12 +169,12 @@ def reported_m(sector: Sector, settings: MavlinkSettings) -> float | None:
     return distance_m if distance_m <= settings.most_m else settings.most_m + 1.0
 
 
-def nearest_point(obstacle: Obstacle, moment: Moment) -> Vector3:
+def nearest_point(obstacle: Obstacle, extrapolated: ExtrapolatedList) -> Vector3:
     """Return the point of an obstacle next to the vehicle, from its origin, NED, m: SIGMAS nearer than its edge.
 
     Depth is hardly observed, so it is as near in depth, too, as SIGMAS allow.
     """
-    place, own = moment.place(obstacle), moment.vehicle()
+    place, own = extrapolated.place(obstacle), extrapolated.vehicle()
     north, east, down = (there - here for there, here in zip(place, own, strict=True))
     far_m = math.hypot(north, east)
     sigma = math.hypot(obstacle.sigma_radius, *obstacle.sigma_position[:2])

@@ -10,7 +10,7 @@ import struct
 
 from ods.base.clock import NS
 from ods.bridge.encoder import Encoded
-from ods.bridge.moment import Moment
+from ods.bridge.extrapolated_list import ExtrapolatedList
 from ods.bridge.settings import MoosSettings
 from ods.messages import Obstacle, Outline
 
@@ -26,20 +26,20 @@ class MoosEncoder:
     def __init__(self, settings: MoosSettings) -> None:
         self._settings = settings
 
-    def encode(self, moment: Moment) -> Encoded:
+    def encode(self, extrapolated: ExtrapolatedList) -> Encoded:
         """Return a datagram for each obstacle that is not ignored, the nearest first."""
-        nearest = moment.nearest(self._settings.most_obstacles, ignored=False)
-        utc_s = moment.utc_ns / NS
-        texts = (given_obstacle(obstacle, moment, self._settings) for obstacle in nearest)
-        return Encoded([message("GIVEN_OBSTACLE", text, utc_s) for text in texts], moment.left_out(len(nearest)))
+        nearest = extrapolated.nearest(self._settings.most_obstacles, ignored=False)
+        utc_s = extrapolated.utc_ns / NS
+        texts = (given_obstacle(obstacle, extrapolated, self._settings) for obstacle in nearest)
+        return Encoded([message("GIVEN_OBSTACLE", text, utc_s) for text in texts], extrapolated.left_out(len(nearest)))
 
 
-def given_obstacle(obstacle: Obstacle, moment: Moment, settings: MoosSettings) -> str:
+def given_obstacle(obstacle: Obstacle, extrapolated: ExtrapolatedList, settings: MoosSettings) -> str:
     """Return a polygon around an obstacle where it is now: an octagon whose sides touch the circle, or its strip."""
     sigma = settings.sigmas * math.hypot(obstacle.sigma_radius, _widest_sigma(obstacle))
     corners = _octagon(obstacle.radius_m + sigma) if obstacle.outline is None else _strip(obstacle.outline, sigma)
     centre = obstacle.position_ned[:2] if obstacle.outline is None else obstacle.outline.middle_ne
-    place = moment.place(obstacle)
+    place = extrapolated.place(obstacle)
     north, east = (at + now - then for at, now, then in zip(centre, place, obstacle.position_ned[:2], strict=False))
     points = ":".join(f"{east + y:.2f},{north + x:.2f}" for x, y in corners)
     return f"pts={{{points}}},label={SOURCE}_{obstacle.id},vsource={SOURCE},duration={settings.duration_s:g}"

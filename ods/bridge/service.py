@@ -4,8 +4,8 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING
 
 from ods.bridge.encoder import Encoder
+from ods.bridge.extrapolated_list import ExtrapolatedList
 from ods.bridge.json_udp import JsonEncoder
-from ods.bridge.moment import Moment
 from ods.bridge.moos import MoosEncoder
 from ods.bridge.settings import (
     BridgeConfig,
@@ -32,20 +32,20 @@ class BridgeWorker(ListWorker):
     Counters: sent_lists, sent_datagrams, left_out_obstacles, and those of `ListWorker` and `UdpSender`.
     """
 
-    needs = ": `to` says where to send"
+    needs = ": set `to`, the receiver's address"
 
     def __init__(self, service: Service, settings: BridgeConfig) -> None:
         super().__init__(service, settings)
-        self._sender = UdpSender(destination_of(self.table(UdpSettings).to), service.complain_once)
+        self._sender = UdpSender(destination_of(self.table(UdpSettings).to), service.log_once)
         self._encoder = self.encoder()
 
     @abstractmethod
     def encoder(self) -> Encoder:
         """Return what turns lists into datagrams."""
 
-    def send(self, moment: Moment) -> None:
+    def send(self, extrapolated: ExtrapolatedList) -> None:
         """Send a list's datagrams."""
-        encoded = self._encoder.encode(moment)
+        encoded = self._encoder.encode(extrapolated)
         counters = self.service.counters
         sent = self._sender.send(encoded.datagrams)
         counters["sent_datagrams"] += sent

@@ -27,7 +27,7 @@ def destination_of(to: str) -> Destination:
         url = urlsplit(to)
         address, port = ipaddress.ip_address(url.hostname or ""), url.port
     except ValueError:
-        raise ValueError(f"to: {to}: needs an IP address and a port, {EXAMPLE}: no name is looked up") from None
+        raise ValueError(f"to: {to}: needs an IP address and a port, {EXAMPLE}; names are not resolved") from None
     if url.scheme != "udp" or not port or url.path or url.query:
         raise ValueError(f"to: {to}: expected an address and a port, {EXAMPLE}")
     if address.is_multicast or address.is_unspecified or address == BROADCAST:
@@ -54,15 +54,15 @@ class UdpSettings(ListSettings, frozen=True, kw_only=True):
 
 
 class JsonSettings(UdpSettings, frozen=True):
-    """JSON, one datagram a list."""
+    """JSON, one datagram per list."""
 
     most_bytes: Annotated[int, msgspec.Meta(ge=1000, le=65_000)] = 16_000
-    """Longest datagram: the farthest obstacles are left out. Ethernet fragments more than 1472 bytes; one lost
+    """Longest datagram: the farthest obstacles are omitted. Ethernet fragments more than 1472 bytes, and one lost
     fragment loses all."""
 
 
 class TtmSettings(UdpSettings, frozen=True):
-    """NMEA 0183 TTM, a datagram an obstacle."""
+    """NMEA 0183 TTM, one datagram per obstacle."""
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 2.0
     talker: Annotated[str, msgspec.Meta(pattern="^[A-Z]{2}$")] = "RA"
@@ -70,12 +70,12 @@ class TtmSettings(UdpSettings, frozen=True):
 
 
 class MoosSettings(UdpSettings, frozen=True):
-    """GIVEN_OBSTACLE to pShare, a datagram an obstacle."""
+    """GIVEN_OBSTACLE to pShare, one datagram per obstacle."""
 
     duration_s: Annotated[float, msgspec.Meta(ge=0.5, le=60.0)] = 2.0
     """pObstacleMgr drops an obstacle without an update for this time."""
     sigmas: Annotated[float, msgspec.Meta(ge=0.0, le=5.0)] = 2.0
-    """Polygons are larger by so many."""
+    """Polygons are widened by this many standard deviations."""
 
 
 Ros2Topic = Literal["obstacles", "markers", "tracks", "clearance", "odometry", "diagnostics", "tf", "image"]
@@ -92,7 +92,7 @@ class Ros2Settings(ListSettings, frozen=True):
     peers: Annotated[tuple[str, ...], msgspec.Meta(max_length=16)] = ()
     """IP addresses of the computers with the nodes; "lo" needs none."""
     multicast: bool = False
-    """Any node of the network may find this bridge and receive."""
+    """Any node of the network may discover this bridge and receive its messages."""
     namespace: Annotated[str, msgspec.Meta(pattern="^(/[A-Za-z][A-Za-z0-9_]*)+$", max_length=100)] = "/ods"
     """Of the topics, except /diagnostics and /tf."""
     map_frame: FrameName = "map"
@@ -106,13 +106,13 @@ class Ros2Settings(ListSettings, frozen=True):
     image_hz: Annotated[float, msgspec.Meta(gt=0.0, le=20.0)] = 2.0
     """At most."""
     image_bytes: Annotated[int, msgspec.Meta(ge=1000, le=4_000_000)] = 50_000
-    """Larger images get fewer range samples, each the highest of several."""
+    """Larger images get fewer range samples, each the maximum of several."""
 
     def __post_init__(self) -> None:
         for peer in self.peers:
             _refuse_no_computer(peer)
         if self.interface != LOOPBACK and not self.peers and not self.multicast:
-            raise ValueError(f"peers: must name the nodes' computers on {self.interface}, or multicast be true")
+            raise ValueError(f"peers: name the nodes' computers on {self.interface}, or set multicast = true")
 
 
 def _refuse_no_computer(peer: str) -> None:
@@ -120,7 +120,7 @@ def _refuse_no_computer(peer: str) -> None:
     try:
         address = ipaddress.ip_address(peer)
     except ValueError:
-        raise ValueError(f'peers: {peer}: needs an IP address, such as "192.168.2.5": no name is looked up') from None
+        raise ValueError(f'peers: {peer}: needs an IP address, such as "192.168.2.5"; names are not resolved') from None
     if address.is_multicast or address.is_unspecified or address == BROADCAST:
         raise ValueError(f"peers: {peer}: must be one computer")
 
@@ -131,15 +131,16 @@ class MavlinkSettings(UdpSettings, frozen=True):
     form: Literal["distance", "3d"] = "distance"
     """distance: 72 sectors in one message; 3d: a message for each obstacle and each sector that is not free."""
     unknown: Literal["obstacle", "unknown"] = "obstacle"
-    """Unknown water is sent as an obstacle, or as unknown, which ArduPilot takes for free."""
+    """Unknown water is sent as an obstacle, or as unknown, which ArduPilot treats as free."""
     unknown_m: Annotated[float, msgspec.Meta(ge=0.1, le=100.0)] = 1.0
-    """An obstacle that stands for unknown water is never nearer."""
+    """Smallest distance of an obstacle that represents unknown water."""
     near_m: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 3.0
-    """Unobserved water up to here counts as clear if what follows is: no sonar sees what is next to it."""
+    """Unobserved water up to here counts as clear if the water beyond is, because no sonar sees its immediate
+    surroundings."""
     most_m: Annotated[float, msgspec.Meta(ge=1.0, le=600.0)] = 30.0
-    """Nothing farther is sent."""
+    """Largest distance sent."""
     system_id: Annotated[int, msgspec.Meta(ge=1, le=255)] = 1
-    """Of the vehicle, its autopilot's SYSID_THISMAV."""
+    """SYSID_THISMAV of the vehicle's autopilot."""
     component_id: Annotated[int, msgspec.Meta(ge=1, le=255)] = 196
     """Of this sender; 196 is MAV_COMP_ID_OBSTACLE_AVOIDANCE."""
 

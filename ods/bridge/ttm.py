@@ -12,7 +12,7 @@ import pynmea2
 
 from ods.base.clock import NS
 from ods.bridge.encoder import Encoded
-from ods.bridge.moment import Moment
+from ods.bridge.extrapolated_list import ExtrapolatedList
 from ods.bridge.settings import TtmSettings
 from ods.messages import Obstacle
 
@@ -32,9 +32,9 @@ class TtmEncoder:
         self._free = deque(range(NUMBERS))
         """The one that was given back longest ago comes first."""
 
-    def encode(self, moment: Moment) -> Encoded:
+    def encode(self, extrapolated: ExtrapolatedList) -> Encoded:
         """Return a sentence for each obstacle, the nearest first, and before them those of what is lost."""
-        nearest = moment.nearest(self._settings.most_obstacles)
+        nearest = extrapolated.nearest(self._settings.most_obstacles)
         listed = {obstacle.id for obstacle in nearest}
         lost = [number for id_, number in self._numbers.items() if id_ not in listed]
         self._numbers = {id_: number for id_, number in self._numbers.items() if id_ in listed}
@@ -42,32 +42,32 @@ class TtmEncoder:
         for obstacle in nearest:
             if obstacle.id not in self._numbers:
                 self._numbers[obstacle.id] = self._free.popleft()
-        utc = _utc(moment)
+        utc = _utc(extrapolated)
         fields = [[f"{number:02d}", *[""] * 10, "L", "", utc, "A"] for number in lost]
-        fields += [[f"{self._numbers[each.id]:02d}", *_target(each, moment), "", utc, "A"] for each in nearest]
+        fields += [[f"{self._numbers[each.id]:02d}", *_target(each, extrapolated), "", utc, "A"] for each in nearest]
         talker = self._settings.talker
         lines = [f"{pynmea2.TTM(talker, 'TTM', texts)}\r\n".encode() for texts in fields]
-        return Encoded(lines, moment.left_out(len(nearest)))
+        return Encoded(lines, extrapolated.left_out(len(nearest)))
 
 
-def _target(obstacle: Obstacle, moment: Moment) -> list[str]:
+def _target(obstacle: Obstacle, extrapolated: ExtrapolatedList) -> list[str]:
     """Return the fields from the distance to the status: the edge's distance, the centre's bearing.
 
     The name of one that an operator said to ignore begins with IGN.
     """
-    north, east, _ = moment.place(obstacle)
-    own_north, own_east, _ = moment.vehicle()
+    north, east, _ = extrapolated.place(obstacle)
+    own_north, own_east, _ = extrapolated.vehicle()
     velocity_north, velocity_east, _ = obstacle.velocity_ned
     cpa = obstacle.cpa
     return [
-        _miles(moment.edge_m(obstacle)),
+        _miles(extrapolated.edge_m(obstacle)),
         _degrees(north - own_north, east - own_east),
         "T",
         f"{math.hypot(velocity_north, velocity_east) / KNOT:.2f}",
         _degrees(velocity_north, velocity_east),
         "T",
         "" if cpa is None else _miles(cpa.distance_m),
-        "" if cpa is None else f"{moment.approach_s(cpa) / 60.0:.2f}",
+        "" if cpa is None else f"{extrapolated.approach_s(cpa) / 60.0:.2f}",
         "N",
         f"{'IGN' if obstacle.ignored_by >= 0 else 'ODS'}{obstacle.id}",
         "T",
@@ -84,9 +84,9 @@ def _degrees(north: float, east: float) -> str:
     return f"{round(math.degrees(math.atan2(east, north)) % 360.0, 1) % 360.0:05.1f}"
 
 
-def _utc(moment: Moment) -> str:
+def _utc(extrapolated: ExtrapolatedList) -> str:
     """Return the time of day, hhmmss.ss; empty where UTC is not to be relied on."""
-    if moment.obstacle_list.utc_source == "unsure":
+    if extrapolated.obstacle_list.utc_source == "unsure":
         return ""
-    time = datetime.fromtimestamp(moment.utc_ns / NS, UTC)
+    time = datetime.fromtimestamp(extrapolated.utc_ns / NS, UTC)
     return f"{time:%H%M%S}.{time.microsecond // 10_000:02d}"

@@ -15,13 +15,13 @@ REPORTED_NS = 2 * clock.NS
 class UdpSender:
     """A socket to the destination, made again after errors: the interface may have got another address.
 
-    `complain`: counts by the name given, and says the text once. Names: `refused_datagrams` (the receiver's computer
+    `log_once`: counts under a name, and logs the text once. Names: `refused_datagrams` (the receiver's computer
     reports that the port is closed), `unsent_datagrams` (no route, or a full buffer).
     """
 
-    def __init__(self, to: Destination, complain: Callable[[str, str], None]) -> None:
+    def __init__(self, to: Destination, log_once: Callable[[str, str], None]) -> None:
         self._to = to
-        self._complain = complain
+        self._log_once = log_once
         self._socket: socket.socket | None = None
         self._problem, self._problem_ns = "", 0
 
@@ -56,7 +56,7 @@ class UdpSender:
 
     def _note(self, name: str, why: str) -> None:
         self._problem, self._problem_ns = f"{self._to.host} port {self._to.port}: {why}", clock.monotonic_ns()
-        self._complain(name, self._problem)
+        self._log_once(name, self._problem)
 
     def problem(self, now_ns: int) -> str:
         """Return what is wrong now, in plain words, or ""."""

@@ -7,7 +7,7 @@ from abc import abstractmethod
 from typing import Any, ClassVar, TypeVar
 
 from ods.base import clock
-from ods.bridge.moment import Moment, is_finite
+from ods.bridge.extrapolated_list import ExtrapolatedList, is_finite
 from ods.bridge.settings import BridgeConfig, ListSettings
 from ods.messages import ObstacleList
 from ods.runtime import bus
@@ -62,16 +62,16 @@ class ListWorker(Worker[BridgeConfig]):
         self._silent = why_silent(obstacle_list, now_ns)
         self.judged(obstacle_list, self._silent)
         if self._silent or obstacle_list.pose is None:
-            self.service.complain_once("withheld_lists", f"nothing is sent: {self._silent}")
+            self.service.log_once("withheld_lists", f"nothing is sent: {self._silent}")
             return
         self._due_ns = now_ns + self._period_ns
-        self.send(Moment(obstacle_list, obstacle_list.pose, now_ns))
+        self.send(ExtrapolatedList(obstacle_list, obstacle_list.pose, now_ns))
 
     def judged(self, obstacle_list: ObstacleList, silent: str) -> None:
         """Take note of a list, and of why it is not sent."""
 
     @abstractmethod
-    def send(self, moment: Moment) -> None:
+    def send(self, extrapolated: ExtrapolatedList) -> None:
         """Send a list that is valid."""
 
     @abstractmethod

@@ -6,7 +6,7 @@ from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.base.settings_file import load
 from ods.calibrate.fit import calibrate
-from ods.calibrate.model import Rig
+from ods.calibrate.model import HeadPoses
 from ods.calibrate.pose_history import history_of
 from ods.calibrate.report import lines, results_of
 from ods.calibrate.sightings import echoes_of
@@ -22,8 +22,8 @@ def run(args: Namespace) -> None:
     recording = recorded_source(args.file, site=frame)
     history, begin_ns = history_of(recording.poses)
     found = (result.detections for result in offline.detect_pings(recording.pings, settings.pipeline))
-    fit = calibrate(echoes_of(found, begin_ns), Rig(history, settings.sonar.mounting), args.depth)
+    fit = calibrate(echoes_of(found, begin_ns), HeadPoses(history, settings.sonar.mounting), args.depth)
     if not any(result.known for result in results_of(fit).values()):
-        raise OdsError("neither yaw, pitch nor latency follows from this recording: see docs/assess/calibrate.md")
+        raise OdsError("this recording determines neither yaw, pitch nor latency: see docs/assess/calibrate.md")
     for line in lines(fit, settings.sonar.mounting, settings.sonar.latency_ms):
         print(line)

@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 
 from ods.base.arrays import Floats, Indices
 from ods.base.errors import OdsError
-from ods.calibrate.model import Echoes, Rig, Unknowns, misses
+from ods.calibrate.model import Echoes, HeadPoses, Parameters, measurement_residuals
 from ods.calibrate.sightings import as_expected, first_guess
 
 LEAST_SIGHTINGS = 40
@@ -21,9 +21,9 @@ LEAST_HEADINGS_DEG = 20.0
 ROUNDS = 3
 SOFT = 2.0
 """Normalized residual from which on an echo counts less."""
-STEPS = Unknowns(1.0, 1.0, 1.0, 0.02, 0.02, 0.02, 0.2)
+STEPS = Parameters(1.0, 1.0, 1.0, 0.02, 0.02, 0.02, 0.2)
 """Of what size changes are."""
-PRIOR = Unknowns(1e3, 1e3, 20.0, np.radians(30.0), np.radians(10.0), 0.5, 0.5)
+PRIOR = Parameters(1e3, 1e3, 20.0, np.radians(30.0), np.radians(10.0), 0.5, 0.5)
 """Standard deviations about the first guess: all that is known where a recording shows nothing."""
 MARGIN_S = 0.6
 """Time around a ping for which poses must be known, s: latency and travel time of sound."""
@@ -32,8 +32,8 @@ MARGIN_S = 0.6
 class Fit(NamedTuple):
     """What came out."""
 
-    unknowns: Unknowns
-    sigma: Unknowns
+    parameters: Parameters
+    sigma: Parameters
     """Standard errors."""
     sightings: int
     headings_deg: float
@@ -45,40 +45,40 @@ class Fit(NamedTuple):
     """rad."""
 
 
-def calibrate(echoes: Echoes, rig: Rig, depth_m: float | None = None, depth_sigma_m: float = 0.3) -> Fit:
-    """Estimate `Unknowns` from detections; `depth_m`: the object's down coordinate, where it is known.
+def calibrate(echoes: Echoes, head_poses: HeadPoses, depth_m: float | None = None, depth_sigma_m: float = 0.3) -> Fit:
+    """Estimate `Parameters` from detections; `depth_m`: the object's down coordinate, where it is known.
 
     Raises OdsError, one line, for recordings that show nothing.
     """
-    echoes = echoes.take(np.flatnonzero(rig.history.knows(echoes.t_s, MARGIN_S)))
+    echoes = echoes.take(np.flatnonzero(head_poses.history.knows(echoes.t_s, MARGIN_S)))
     if not len(echoes.ping):
-        raise OdsError("no detection at a time for which there is a pose")
-    chosen, guess = first_guess(echoes, rig)
+        raise OdsError("no detection has a pose at its time")
+    chosen, guess = first_guess(echoes, head_poses)
     prior = guess, PRIOR
     if depth_m is not None:
         prior = guess._replace(down=depth_m), PRIOR._replace(down=depth_sigma_m)
     weights = np.ones(2)
-    unknowns, sigma = guess._replace(down=prior[0].down), PRIOR
+    parameters, sigma = guess._replace(down=prior[0].down), PRIOR
     for _ in range(ROUNDS):
         seen = echoes.take(chosen)
-        headings_deg = _checked(seen, rig)
-        unknowns, _ = _solve(seen, rig, unknowns, prior, weights)
-        weights = _weights(seen, rig, unknowns)
-        unknowns, sigma = _solve(seen, rig, unknowns, prior, weights)
-        used, chosen = seen, as_expected(echoes, rig, unknowns)
-    along, across = misses(used, rig, unknowns)
+        headings_deg = _checked(seen, head_poses)
+        parameters, _ = _solve(seen, head_poses, parameters, prior, weights)
+        weights = _weights(seen, head_poses, parameters)
+        parameters, sigma = _solve(seen, head_poses, parameters, prior, weights)
+        used, chosen = seen, as_expected(echoes, head_poses, parameters)
+    along, across = measurement_residuals(used, head_poses, parameters)
     return Fit(
-        unknowns, sigma, len(used.ping), headings_deg, float(used.range_m.min()), float(used.range_m.max()),
+        parameters, sigma, len(used.ping), headings_deg, float(used.range_m.min()), float(used.range_m.max()),
         float(np.sqrt(np.mean(along**2))), float(np.sqrt(np.mean(across**2))),
     )  # fmt: skip
 
 
-def _checked(seen: Echoes, rig: Rig) -> float:
+def _checked(seen: Echoes, head_poses: HeadPoses) -> float:
     """Return by how much headings differ, deg. Raises OdsError for too few sightings or headings."""
     if len(seen.ping) < LEAST_SIGHTINGS:
         found = f"only {len(seen.ping)} pings show one object at one place, {LEAST_SIGHTINGS} are needed"
         raise OdsError(f"{found}: is there a fixed object that stands out?")
-    headings_deg = _spread_deg(rig.history.at(seen.t_s)[1].as_euler("ZYX", degrees=True)[:, 0])
+    headings_deg = _spread_deg(head_poses.history.at(seen.t_s)[1].as_euler("ZYX", degrees=True)[:, 0])
     if headings_deg < LEAST_HEADINGS_DEG:
         raise OdsError(
             f"the object is seen from headings within {headings_deg:.0f} deg only, so any yaw fits: pass it on headings"
@@ -94,13 +94,13 @@ def _spread_deg(headings: Floats) -> float:
 
 
 def _solve(
-    seen: Echoes, rig: Rig, start: Unknowns, prior: tuple[Unknowns, Unknowns], weights: Floats
-) -> tuple[Unknowns, Unknowns]:
-    """Return the best unknowns and their standard errors; `weights`: of the claimed sigmas of range and bearing."""
+    seen: Echoes, head_poses: HeadPoses, start: Parameters, prior: tuple[Parameters, Parameters], weights: Floats
+) -> tuple[Parameters, Parameters]:
+    """Return the best parameters and their standard errors; `weights`: of the claimed sigmas of range and bearing."""
     sigma_range, sigma_bearing = weights[0] * seen.sigma_range, weights[1] * seen.sigma_bearing
 
     def residuals(values: Floats) -> Floats:
-        along, across = misses(seen, rig, Unknowns(*values))
+        along, across = measurement_residuals(seen, head_poses, Parameters(*values))
         known = (values - np.array(prior[0])) / np.array(prior[1])
         return np.concatenate([along / sigma_range, across / sigma_bearing, known])
 
@@ -108,12 +108,12 @@ def _solve(
     # those of `found` are the loss's, and understate
     slopes: Floats = np.asarray(least_squares(residuals, found.x, max_nfev=1).jac)
     covariance = np.linalg.inv(slopes.T @ slopes)
-    return Unknowns(*found.x.tolist()), Unknowns(*np.sqrt(np.diag(covariance)).tolist())
+    return Parameters(*found.x.tolist()), Parameters(*np.sqrt(np.diag(covariance)).tolist())
 
 
-def _weights(seen: Echoes, rig: Rig, unknowns: Unknowns) -> Floats:
+def _weights(seen: Echoes, head_poses: HeadPoses, parameters: Parameters) -> Floats:
     """Return by how much the sigmas of range and of bearing must grow for the residuals to be what they claim."""
-    along, across = misses(seen, rig, unknowns)
+    along, across = measurement_residuals(seen, head_poses, parameters)
     normalized = along / seen.sigma_range, across / seen.sigma_bearing
     return np.array([_size(row) * np.sqrt(_correlation_pings(row, seen.ping)) for row in normalized])
 

@@ -33,7 +33,7 @@ class Echoes(NamedTuple):
         return Echoes(ping[which], *(column[which] for column in others))
 
 
-class Unknowns(NamedTuple):
+class Parameters(NamedTuple):
     """What is estimated, in this order."""
 
     north: float
@@ -49,7 +49,7 @@ class Unknowns(NamedTuple):
     """By how much the object's echo is nearer than its middle, m."""
 
 
-class Rig(NamedTuple):
+class HeadPoses(NamedTuple):
     """What is known: poses, and where the head sits."""
 
     history: PoseHistory
@@ -62,25 +62,25 @@ class Rig(NamedTuple):
         return place + body.apply(self.mounting.position_m), body * turn
 
 
-def misses(echoes: Echoes, rig: Rig, unknowns: Unknowns) -> tuple[Floats, Floats]:
+def measurement_residuals(echoes: Echoes, head_poses: HeadPoses, parameters: Parameters) -> tuple[Floats, Floats]:
     """Return (n,) measured less expected range, m, and bearing, rad.
 
     The range is half the way from the head at transmission to the object and on to the head at reception; the bearing
     is that in the head's frame at reception.
     """
-    sent_s = echoes.t_s - unknowns.latency
-    there, _ = rig.head(sent_s, unknowns.yaw, unknowns.pitch)
-    back, turn = rig.head(sent_s + 2.0 * echoes.range_m / echoes.sound_speed, unknowns.yaw, unknowns.pitch)
-    place = np.array(unknowns[:3])
+    sent_s = echoes.t_s - parameters.latency
+    there, _ = head_poses.head(sent_s, parameters.yaw, parameters.pitch)
+    back, turn = head_poses.head(sent_s + 2.0 * echoes.range_m / echoes.sound_speed, parameters.yaw, parameters.pitch)
+    place = np.array(parameters[:3])
     seen = turn.inv().apply(place - back)
     way = 0.5 * (np.linalg.norm(place - there, axis=1) + np.linalg.norm(seen, axis=1))
     bearing = wrap_angle(echoes.bearing - np.arctan2(seen[:, 1], seen[:, 0]))
-    return np.asarray(echoes.range_m - way + unknowns.nearer), bearing
+    return np.asarray(echoes.range_m - way + parameters.nearer), bearing
 
 
-def places(echoes: Echoes, rig: Rig, yaw: float, pitch: float) -> Floats:
+def places(echoes: Echoes, head_poses: HeadPoses, yaw: float, pitch: float) -> Floats:
     """Return the (n, 3) places where the echoes are, if heads look like that and nothing is late; level ones."""
-    place, turn = rig.head(echoes.t_s + 2.0 * echoes.range_m / echoes.sound_speed, yaw, pitch)
+    place, turn = head_poses.head(echoes.t_s + 2.0 * echoes.range_m / echoes.sound_speed, yaw, pitch)
     level = echoes.range_m * np.cos(echoes.elevation)
     seen = [level * np.cos(echoes.bearing), level * np.sin(echoes.bearing), -echoes.range_m * np.sin(echoes.elevation)]
     return np.asarray(place + turn.apply(np.column_stack(seen)))

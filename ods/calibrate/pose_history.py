@@ -20,7 +20,7 @@ class PoseHistory:
     def __init__(self, t_s: Floats, position_ned: Floats, attitude: Rotation) -> None:
         """`t_s`: (n,) rising, `position_ned`: (n, 3) m, `attitude`: n rotations, body to global. Raises OdsError."""
         if len(t_s) < 2 or not (np.diff(t_s) > 0.0).all():
-            raise OdsError("the recording has no poses, or their times do not rise")
+            raise OdsError("the recording has no poses, or their times do not increase")
         self._t_s, self._position = t_s, position_ned
         self._slerp = Slerp(t_s, attitude)
 

@@ -10,9 +10,9 @@ from ods.calibrate.fit import Fit
 TOLD_YAW_DEG, TOLD_PITCH_DEG, TOLD_LATENCY_S = 0.5, 1.0, 0.015
 """A standard error above this is no knowledge: 0.5 deg is 0.9 m at 100 m, 15 ms at 20 deg/s 0.3 deg."""
 TO_DETERMINE = {
-    "yaw": "pass the object on headings that differ more",
+    "yaw": "pass the object on more different headings",
     "pitch": "pass it higher and lower than it lies, off the bow to both sides, or give its --depth",
-    "latency": "turn to and fro while it is in view",
+    "latency": "turn back and forth while it is in view",
 }
 
 
@@ -27,10 +27,10 @@ class Angle(NamedTuple):
 def results_of(fit: Fit) -> dict[str, Angle]:
     """Return yaw and pitch, deg, and latency, ms, each with whether the recording determines it."""
     degrees = {
-        name: (math.degrees(getattr(fit.unknowns, name)), math.degrees(getattr(fit.sigma, name)), most)
+        name: (math.degrees(getattr(fit.parameters, name)), math.degrees(getattr(fit.sigma, name)), most)
         for name, most in (("yaw", TOLD_YAW_DEG), ("pitch", TOLD_PITCH_DEG))
     }
-    latency = 1e3 * fit.unknowns.latency, 1e3 * fit.sigma.latency, 1e3 * TOLD_LATENCY_S
+    latency = 1e3 * fit.parameters.latency, 1e3 * fit.sigma.latency, 1e3 * TOLD_LATENCY_S
     return {
         name: Angle(value, sigma, sigma <= most)
         for name, (value, sigma, most) in {**degrees, "latency": latency}.items()
@@ -39,7 +39,7 @@ def results_of(fit: Fit) -> dict[str, Angle]:
 
 def lines(fit: Fit, mounting: MountingSettings, latency_ms: float) -> Iterator[str]:
     """Yield the report; `mounting`, `latency_ms`: as configured when it was recorded."""
-    u, s = fit.unknowns, fit.sigma
+    u, s = fit.parameters, fit.sigma
     yield (
         f"object: north {u.north:.2f}, east {u.east:.2f}, down {u.down:.1f} m (+- {s.north:.2f}, {s.east:.2f}, "
         f"{s.down:.1f}), in {fit.sightings} pings, from {fit.nearest_m:.0f} to {fit.farthest_m:.0f} m, headings over "

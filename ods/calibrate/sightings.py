@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices
 from ods.base.clock import NS
-from ods.calibrate.model import Echoes, Rig, Unknowns, misses, places
+from ods.calibrate.model import Echoes, HeadPoses, Parameters, measurement_residuals, places
 from ods.messages import Detections
 
 STRONGEST = 6
@@ -34,13 +34,13 @@ def echoes_of(messages: Iterable[Detections], begin_ns: int) -> Echoes:
     return Echoes(ping.astype(np.int64), *others)
 
 
-def first_guess(echoes: Echoes, rig: Rig) -> tuple[Indices, Unknowns]:
+def first_guess(echoes: Echoes, head_poses: HeadPoses) -> tuple[Indices, Parameters]:
     """Return the echoes, one a ping, at the place where most pings agree, and that place."""
     best, yaw, centre, where = -1, 0.0, np.zeros(3), np.zeros((0, 3))
-    pitch = float(np.radians(rig.mounting.pitch_deg))
+    pitch = float(np.radians(head_poses.mounting.pitch_deg))
     for trial in TRIAL_YAWS_DEG:
-        tried = float(np.radians(rig.mounting.yaw_deg + trial))
-        found = places(echoes, rig, tried, pitch)
+        tried = float(np.radians(head_poses.mounting.yaw_deg + trial))
+        found = places(echoes, head_poses, tried, pitch)
         for shift in (0.0, 0.5):
             count, middle = _fullest_cell(found, echoes.ping, shift)
             if count > best:
@@ -48,12 +48,12 @@ def first_guess(echoes: Echoes, rig: Rig) -> tuple[Indices, Unknowns]:
     near = np.flatnonzero(np.hypot(*(where - centre)[:, :2].T) <= FIRST_REACH_M)
     chosen = _one_a_ping(echoes, near, -echoes.snr_db[near])
     north, east, down = np.median(where[chosen], axis=0).tolist()
-    return chosen, Unknowns(north, east, down, yaw, pitch, 0.0, 0.0)
+    return chosen, Parameters(north, east, down, yaw, pitch, 0.0, 0.0)
 
 
-def as_expected(echoes: Echoes, rig: Rig, fitted: Unknowns) -> Indices:
+def as_expected(echoes: Echoes, head_poses: HeadPoses, fitted: Parameters) -> Indices:
     """Return the echoes, one a ping, that are where a fit expects the object."""
-    along, across = misses(echoes, rig, fitted)
+    along, across = measurement_residuals(echoes, head_poses, fitted)
     off = np.hypot(along / REACH_M, across / REACH_RAD)
     near = np.flatnonzero(off <= 1.0)
     return _one_a_ping(echoes, near, off[near])

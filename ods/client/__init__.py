@@ -1,4 +1,4 @@
-"""For path planners: lists as they come, what may come near, the sonar's range.
+"""For path planners: obstacle lists as they arrive, near misses, requests to the sonar.
 
 from ods.client import Obstacles, near_misses
 
@@ -16,7 +16,7 @@ Sonar("/run/ods").set_range(50.0)
 Replay("/run/ods").step()
 """
 
-from ods.client.ahead import Ahead, at
+from ods.client.extrapolation import ExtrapolatedObstacle, at
 from ods.client.lists import NoListError, Obstacles
 from ods.client.near_misses import NearMiss, near_misses
 from ods.client.requests import Replay, ReplayError, Sonar, SonarError, VetoError, Vetoes
@@ -36,7 +36,28 @@ from ods.messages import (
 )
 
 __all__ = [
-    "Ahead", "ClosestApproach", "NearMiss", "NoListError", "Obstacle", "ObstacleList", "Obstacles", "Prediction",
-    "Replay", "ReplayAnswer", "ReplayError", "ReplayRequest", "Sonar", "SonarAnswer", "SonarError", "SonarRequest",
-    "UnseenPart", "Veto", "VetoError", "VetoRegion", "VetoRequest", "Vetoes", "at", "near_misses",
+    "ClosestApproach",
+    "ExtrapolatedObstacle",
+    "NearMiss",
+    "NoListError",
+    "Obstacle",
+    "ObstacleList",
+    "Obstacles",
+    "Prediction",
+    "Replay",
+    "ReplayAnswer",
+    "ReplayError",
+    "ReplayRequest",
+    "Sonar",
+    "SonarAnswer",
+    "SonarError",
+    "SonarRequest",
+    "UnseenPart",
+    "Veto",
+    "VetoError",
+    "VetoRegion",
+    "VetoRequest",
+    "Vetoes",
+    "at",
+    "near_misses",
 ]  # fmt: skip

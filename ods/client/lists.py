@@ -1,4 +1,4 @@
-"""The obstacle list as it comes, with a word of its own when it stays away."""
+"""Obstacle lists as they arrive, and a list marked not valid if none arrives."""
 
 import time
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ import zmq
 
 from ods.base import clock
 from ods.base.errors import OdsError
-from ods.client.ahead import Ahead, at
+from ods.client.extrapolation import ExtrapolatedObstacle, at
 from ods.client.remote import SCHEME, RemoteBus
 from ods.messages import Health, ObstacleList
 from ods.runtime import bus
@@ -20,13 +20,14 @@ _Source = bus.Subscriber | RemoteBus
 
 
 class NoListError(OdsError):
-    """No obstacle list came yet: nothing can be said of obstacles, nor that there are none."""
+    """No obstacle list has been received yet, so nothing is known about obstacles."""
 
 
 class Obstacles:
-    """Iterates over obstacle lists: each call of next() returns the newest one, whatever the time since the last call.
+    """Iterates over obstacle lists: each call of next() returns the newest one, however long ago the last call was.
 
-    A tracker that is gone cannot say so; after `stale_s` of silence the last list is given again, marked not valid.
+    After `stale_s` without a list, for example because the tracker has stopped, the last list is returned again with
+    `valid` false.
     """
 
     def __init__(
@@ -38,7 +39,9 @@ class Obstacles:
     ) -> None:
         """`place`: the run folder, or on another computer "tcp://ADDRESS:PORT", with the file of a `key`.
 
-        Raises KeyFileError for a key that cannot be used, RemoteError for an invalid address.
+        `stale_s`: longest wait for a list, and largest age of a valid one.
+
+        Raises KeyFileError for an unusable key, RemoteError for an invalid address.
         """
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._place = place
@@ -58,7 +61,7 @@ class Obstacles:
             yield self.next()
 
     def next(self) -> ObstacleList:
-        """Wait for the next list, at most `stale_s`."""
+        """Return the newest list; wait for it `stale_s` at most."""
         deadline_s = time.monotonic() + self._stale_s
         while (left_s := deadline_s - time.monotonic()) > 0.0:
             for _, message in reversed(self._received(left_s)):
@@ -66,7 +69,7 @@ class Obstacles:
                     now = clock.monotonic_ns()
                     self._last, self._last_ns = message, self._made_ns(message, now)
                     if now - self._last_ns > self._stale_s * clock.NS:
-                        break  # not read for long: a full queue keeps the oldest, newer lists are on their way
+                        break  # not read for a long time: a full queue keeps the oldest, newer lists follow
                     self._why = ""
                     if isinstance(self._subscriber, RemoteBus):
                         self._subscriber.worked(now)
@@ -84,15 +87,15 @@ class Obstacles:
     def _received(self, timeout_s: float) -> list[tuple[str, ObstacleList | Health]]:
         try:
             return self._subscriber.receive(timeout_s)[0]
-        except RunDirError as error:  # who speaks there may be anybody
+        except RunDirError as error:  # any user could publish there
             self._why = f"; {error}"
             return []
 
-    def at(self, t_ns: int) -> list[Ahead]:
-        """Return where the obstacles of the newest list that came are at `t_ns`, CLOCK_MONOTONIC. Raises NoListError.
+    def at(self, t_ns: int) -> list[ExtrapolatedObstacle]:
+        """Return the obstacles of the newest list, extrapolated to `t_ns`. Raises NoListError.
 
-        It is the clock of the computer where the list was made; `ods.client.at` has the way by UTC. They say nothing of
-        whether that list is valid, nor of how old it is.
+        `t_ns` is CLOCK_MONOTONIC of the computer where the list was made; with UTC use `ods.client.at`. The result does
+        not depend on whether that list is valid, or how old it is.
         """
         if self._last is None:
             raise NoListError("no obstacle list received yet")
@@ -101,18 +104,18 @@ class Obstacles:
     def _silence(self) -> ObstacleList:
         now = clock.monotonic_ns()
         silent_s = (now - self._last_ns) / clock.NS
-        why = self._why or self._hindrance()
+        why = self._why or self._unreachable_reason()
         reason = f"tracker: no obstacle list for {silent_s:.1f} s{why}"
         if self._last is None:
             return ObstacleList(0, -1, now, clock.utc_ns(now), 0, False, [reason], [])
         return msgspec.structs.replace(self._last, valid=False, reasons=[reason])
 
-    def _hindrance(self) -> str:
+    def _unreachable_reason(self) -> str:
         if isinstance(self._subscriber, RemoteBus):
-            return self._subscriber.hindrance()
-        return bus.hindrance(Path(self._place), "tracker")
+            return self._subscriber.unreachable_reason()
+        return bus.unreachable_reason(Path(self._place), "tracker")
 
     def close(self) -> None:
-        """Give the socket back."""
+        """Close the connection."""
         self._subscriber.close()
         self._context.term()

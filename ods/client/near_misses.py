@@ -1,18 +1,18 @@
-"""The planner's rule: which obstacles may come near within a horizon, if the vehicle goes on as it does now."""
+"""Near misses: obstacles that may come near within a horizon, if the vehicle keeps its velocity."""
 
 import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
 from ods.base.clock import NS
-from ods.client.ahead import extrapolated, spread_along
+from ods.client.extrapolation import extrapolated, spread_along
 from ods.messages import Obstacle, ObstacleList, PoseAt
 
 TRUSTED_AHEAD = 10.0
-"""Longest extrapolation of a course, in multiples of the time for which the object was observed: after half a second
-static and moving objects cannot be distinguished, and two standard deviations of a velocity would reach everywhere."""
+"""Longest extrapolation of a velocity, in multiples of the time for which the object has been observed: after half a
+second static and moving objects cannot be distinguished, and two standard deviations of a velocity reach everywhere."""
 STEP_S = 1.0
-"""Between the times looked at; the closest approach itself is one of them."""
+"""Between the times checked; the closest approach is always one of them."""
 
 
 class NearMiss(NamedTuple):
@@ -20,11 +20,11 @@ class NearMiss(NamedTuple):
 
     obstacle: Obstacle
     time_s: float
-    """When it may be so near first, from the list's `t_ns`."""
+    """When it may first be nearer than `within_m`, after the list's `t_ns`."""
     distance_m: float
-    """From the vehicle's origin to its edge when it may be nearest; below 0: inside it."""
+    """From the vehicle's origin to the obstacle's edge when it may be nearest; below 0: inside it."""
     sigma_m: float
-    """Standard deviation of that."""
+    """Standard deviation of `distance_m`."""
 
 
 def near_misses(
@@ -32,10 +32,10 @@ def near_misses(
 ) -> list[NearMiss]:
     """Return which obstacles may come within `within_m` of the vehicle's origin in the next `horizon_s`, soonest first.
 
-    May: by `sigmas` standard deviations of place and radius at each time. All are in the horizontal plane, as depths
-    are hardly seen. Where the vehicle's pose is not known, any obstacle may be as near as can be, at once.
-    What an operator said to ignore is left out (`Obstacle.ignored_by`).
-    The list shows nothing of what it cannot vouch for: see `valid`.
+    An obstacle may come that near if it does so within `sigmas` standard deviations of position and radius. Distances
+    are horizontal, because depths are hardly observable. Without the vehicle's pose every obstacle is returned, with
+    time 0. Obstacles that an operator has vetoed (`Obstacle.ignored_by`) are omitted. A list that is not valid may lack
+    obstacles: see `valid`.
     """
     present = [each for each in obstacle_list.obstacles if each.state != "terminated" and each.ignored_by < 0]
     vehicle = obstacle_list.pose
@@ -71,7 +71,7 @@ def _near_miss(
 
 
 def _moment(obstacle: Obstacle, vehicle: PoseAt, time_s: float, trusted_s: float) -> _Moment:
-    """Return how near an obstacle is at a time; after `trusted_s` it is taken to stay where it is then."""
+    """Return an obstacle's distance at a time; after `trusted_s` it is assumed not to move."""
     there = extrapolated(obstacle, min(time_s, trusted_s))
     north, east = (
         there.position_ned[axis] - vehicle.position_ned[axis] - vehicle.velocity_ned[axis] * time_s for axis in (0, 1)
@@ -81,7 +81,7 @@ def _moment(obstacle: Obstacle, vehicle: PoseAt, time_s: float, trusted_s: float
 
 
 def _times(obstacle: Obstacle, vehicle: PoseAt, horizon_s: float, trusted_s: float) -> list[float]:
-    """Return the times to look at, in order."""
+    """Return the times to check, in order."""
     steps = math.ceil(horizon_s / STEP_S)
     regular = [horizon_s * k / steps for k in range(steps + 1)] if steps else [0.0]
     return sorted({*regular, trusted_s, *_closest(obstacle, vehicle, horizon_s, trusted_s)})

@@ -1,8 +1,8 @@
 """Obstacle lists over the network: tcp with CURVE, by a key that the vehicle allows (`[[bus.listen]]`, `ods keys`).
 
-How old a list is cannot be seen by UTC, unless somebody keeps both computers' right. So it is measured: the first list
-of a connection is taken to be new, as nothing waits for a reader who has just come, and by what later ones take longer
-than the quickest one they are old. What the way takes at any time is not seen.
+The age of a list cannot be derived from UTC unless both computers are synchronized. So it is measured relative to the
+fastest list of the connection: the first list is assumed to be new, because nothing is queued for a new reader, and a
+later one's age is its additional delay. The constant part of the delay is not observable.
 """
 
 import time
@@ -22,20 +22,20 @@ from ods.runtime.keys.key_files import ClientKey, read_client_key
 
 SCHEME = "tcp://"
 AGAIN_NS = 3 * clock.NS
-"""Time without a new list after which the connection is made again, ns: a refused one never tries again by itself, and
-the vehicle's clock may have restarted."""
+"""Time without a new list after which to reconnect, ns: a refused connection never retries by itself, and the vehicle's
+clock may have restarted."""
 DRIFT = 2e-4
-"""By which two computers' clocks differ in speed, at most: so fast the quickest list is forgotten."""
+"""Largest relative drift of two computers' clocks: the rate at which the fastest list is forgotten."""
 HEARTBEAT_MS, GIVE_UP_MS = 1000, 5000
 _KINDS: dict[bytes, type[ObstacleList | Health]] = {b"obstacles": ObstacleList, bus.HEALTH.encode(): Health}
 
 
 class RemoteError(OdsError):
-    """The address or its use is wrong; the text says why in one line."""
+    """The address cannot be used; the text says why in one line."""
 
 
 class RemoteBus:
-    """What `[[bus.listen]]` of a vehicle gives to a client: the lists, and health where it is open, too."""
+    """Subscribes to a vehicle's `[[bus.listen]]`: obstacle lists and, if served, health."""
 
     def __init__(self, context: "zmq.Context[zmq.Socket[bytes]]", address: str, key: str | Path | None) -> None:
         if key is None:
@@ -43,7 +43,7 @@ class RemoteBus:
         self._context, self._address, self._key = context, address, read_client_key(Path(key))
         self._decoders = {topic: msgspec.msgpack.Decoder(kind) for topic, kind in _KINDS.items()}
         self._said = ""
-        """What the connection's handshake ended with."""
+        """Result of the connection's handshake."""
         self._connect()
 
     def _connect(self) -> None:
@@ -60,12 +60,12 @@ class RemoteBus:
             self._socket.setsockopt(zmq.SUBSCRIBE, topic)
         self._since_ns = clock.monotonic_ns()
         self._quickest_ns: int | None = None
-        """Least difference of both clocks' times, here and there,"""
+        """Smallest difference between the two computers' clocks, ns."""
         self._counted_ns = 0
-        """and when it was counted last, by a clock that goes on while this computer sleeps."""
+        """When `_quickest_ns` was last updated, by a clock that also runs while this computer sleeps."""
 
     def receive(self, timeout_s: float) -> tuple[list[tuple[str, ObstacleList | Health]], list[int]]:
-        """Wait at most `timeout_s`; return the newest messages of what came, and no descriptors."""
+        """Wait at most `timeout_s`; return the newest messages received, and no file descriptors."""
         if clock.monotonic_ns() - self._since_ns > AGAIN_NS:
             self.close()
             self._connect()
@@ -87,7 +87,7 @@ class RemoteBus:
             return None
 
     def age_ns(self, message: ObstacleList) -> int:
-        """Return how old a list is that has just been received."""
+        """Return the age of a list just received, relative to the fastest one."""
         now = time.clock_gettime_ns(time.CLOCK_BOOTTIME)
         took = now - (message.made_ns or message.t_ns)
         if self._quickest_ns is None:
@@ -98,17 +98,17 @@ class RemoteBus:
         return took - self._quickest_ns
 
     def worked(self, now_ns: int) -> None:
-        """Take note of a list that is new."""
+        """Record that a new list has arrived."""
         self._since_ns = now_ns
 
-    def hindrance(self) -> str:
-        """Say, after a colon, why nothing is received."""
+    def unreachable_reason(self) -> str:
+        """Return why nothing is received, after a colon."""
         while self._monitor.poll(0):
             self._said = _meaning(self._address, recv_monitor_message(self._monitor)) or self._said
         return f": {self._said}" if self._said else f": no answer from {self._address}"
 
     def close(self) -> None:
-        """Give the sockets back."""
+        """Close the sockets."""
         self._socket.disable_monitor()
         self._monitor.close()
         self._socket.close()
@@ -128,13 +128,13 @@ def _socket_of(context: "zmq.Context[zmq.Socket[bytes]]", key: ClientKey) -> "zm
 
 
 def _meaning(address: str, event: object) -> str:
-    """Return what an event of the connection means to who waits for lists; "": nothing."""
+    """Return what a connection event means for a user who waits for lists; "": nothing."""
     match event:
         case {"event": zmq.EVENT_HANDSHAKE_FAILED_AUTH}:
             return f"{address} refuses this key"
         case {"event": zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL}:
-            return f"{address} has another key than `server` of the key file says, or is no ods"
+            return f"{address} has another key than `server` in the key file, or is not ods"
         case {"event": zmq.EVENT_HANDSHAKE_SUCCEEDED}:
-            return f"connected to {address}, where no new list comes"
+            return f"connected to {address}, but no new list arrives"
         case _:
             return ""

@@ -1,4 +1,4 @@
-"""Requests: the sonar's range, an operator's vetoes, and what a live replay shall do."""
+"""Requests to the sonar, to the tracker (operators' vetoes) and to a live replay."""
 
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -18,19 +18,19 @@ AnswerT = TypeVar("AnswerT", SonarAnswer, ReplayAnswer, VetoAnswer)
 
 
 class SonarError(OdsError):
-    """The sonar does not work as asked; the text says why in one line."""
+    """The sonar did not accept the request; the text says why in one line."""
 
 
 class ReplayError(OdsError):
-    """A live replay does not do as asked; the text says why in one line."""
+    """A live replay refused the request; the text says why in one line."""
 
 
 class VetoError(OdsError):
-    """A veto does not hold as asked; the text says why in one line."""
+    """The tracker refused the veto; the text says why in one line."""
 
 
-class _Asker(Generic[RequestT, AnswerT]):
-    """Asks on one of the sockets for requests."""
+class _Requester(Generic[RequestT, AnswerT]):
+    """Sends requests to one process and waits for the answers."""
 
     def __init__(
         self, run_dir: Path, row: str, answer: type[AnswerT], timeout_s: float, key: ClientKey | None = None
@@ -51,7 +51,7 @@ class _Asker(Generic[RequestT, AnswerT]):
         self._socket.connect(bus.endpoint(run_dir, row))
 
     def ask(self, request: RequestT, error: type[OdsError]) -> AnswerT:
-        """Send a request, wait for its answer. Raises `error` when it is not ok, or none comes in time."""
+        """Send a request and wait for its answer. Raises `error` if it is not ok or does not come in time."""
         process = f"{self._row.process} process"
         try:
             is_safe_to_hear(self._run_dir)
@@ -60,7 +60,7 @@ class _Asker(Generic[RequestT, AnswerT]):
         except RunDirError as unsafe:
             raise error(str(unsafe)) from None
         except zmq.Again:
-            why = bus.hindrance(self._run_dir, self._row.name) or self._silence
+            why = bus.unreachable_reason(self._run_dir, self._row.name) or self._silence
             raise error(f"no answer from the {process} within {self._timeout_s:g} s{why}") from None
         except bus.UNDECODABLE as wrong:
             raise error(f"bad answer from the {process}: {wrong}") from None
@@ -69,46 +69,48 @@ class _Asker(Generic[RequestT, AnswerT]):
         return answer
 
     def close(self) -> None:
-        """Give the socket back."""
+        """Close the socket."""
         self._socket.close()
         self._context.term()
 
 
 class Sonar:
-    """Asks the sonar process to set the sonar. What is asked for lasts until the next request."""
+    """Sets the sonar through the sonar process. A setting lasts until the next request."""
 
     def __init__(self, run_dir: str | Path, timeout_s: float = 6.0) -> None:
-        """`timeout_s`: how long each request may take; the sonar process itself gives up after 4 s by default."""
-        self._asker: _Asker[SonarRequest, SonarAnswer] = _Asker(Path(run_dir), "sonar-requests", SonarAnswer, timeout_s)
+        """`timeout_s`: longest time for a request; the sonar process itself gives up after 4 s by default."""
+        self._requester: _Requester[SonarRequest, SonarAnswer] = _Requester(
+            Path(run_dir), "sonar-requests", SonarAnswer, timeout_s
+        )
 
     def set_range(self, range_m: float) -> SonarAnswer:
-        """Set the range, m; return when the sonar works with it. Raises SonarError."""
+        """Set the range, m; return when the sonar uses it. Raises SonarError."""
         return self.ask(SonarRequest(range_m=range_m))
 
     def ask(self, request: SonarRequest) -> SonarAnswer:
-        """Send any request, wait for its answer. Raises SonarError when it is not ok, or none comes in time."""
-        return self._asker.ask(request, SonarError)
+        """Send any request and wait for its answer. Raises SonarError if it is not ok or does not come in time."""
+        return self._requester.ask(request, SonarError)
 
     def close(self) -> None:
-        """Give the socket back."""
-        self._asker.close()
+        """Close the socket."""
+        self._requester.close()
 
 
 class Replay:
-    """Asks a live replay to pause, to go on, to step."""
+    """Pauses, continues and steps a live replay."""
 
     def __init__(self, run_dir: str | Path, timeout_s: float = 2.0) -> None:
-        """`timeout_s`: how long each request may take."""
-        self._asker: _Asker[ReplayRequest, ReplayAnswer] = _Asker(
+        """`timeout_s`: longest time for a request."""
+        self._requester: _Requester[ReplayRequest, ReplayAnswer] = _Requester(
             Path(run_dir), "replay-requests", ReplayAnswer, timeout_s
         )
 
     def pause(self) -> ReplayAnswer:
-        """Stop after the message that was published last. Raises ReplayError."""
+        """Pause after the last published message. Raises ReplayError."""
         return self.ask(ReplayRequest(do="pause"))
 
     def go(self, speed: float | None = None) -> ReplayAnswer:
-        """Go on. Raises ReplayError."""
+        """Continue, at `speed` times the recorded pace (None: unchanged). Raises ReplayError."""
         return self.ask(ReplayRequest(do="go", speed=speed))
 
     def step(self, steps: int = 1) -> ReplayAnswer:
@@ -116,27 +118,27 @@ class Replay:
         return self.ask(ReplayRequest(do="step", steps=steps))
 
     def ask(self, request: ReplayRequest) -> ReplayAnswer:
-        """Send any request, wait for its answer. Raises ReplayError when it is not ok, or none comes in time."""
-        return self._asker.ask(request, ReplayError)
+        """Send any request and wait for its answer. Raises ReplayError if it is not ok or does not come in time."""
+        return self._requester.ask(request, ReplayError)
 
     def close(self) -> None:
-        """Give the socket back."""
-        self._asker.close()
+        """Close the socket."""
+        self._requester.close()
 
 
 class Vetoes:
-    """Asks the tracker to ignore, forget or restore obstacles, by the key of an operator (`ods keys`), on board."""
+    """Ignores, forgets or restores obstacles in the tracker, with an operator's key (`ods keys`), on board."""
 
     def __init__(self, run_dir: str | Path, key: str | Path, timeout_s: float = 2.0) -> None:
         """`key`: the operator's secret file. Raises KeyFileError."""
-        self._asker: _Asker[VetoRequest, VetoAnswer] = _Asker(
+        self._requester: _Requester[VetoRequest, VetoAnswer] = _Requester(
             Path(run_dir), "veto-requests", VetoAnswer, timeout_s, read_client_key(Path(key))
         )
 
     def ask(self, request: VetoRequest) -> list[Veto]:
-        """Send a request; return the vetoes that hold. Raises VetoError when it is refused, or no answer comes."""
-        return self._asker.ask(request, VetoError).vetoes
+        """Send a request; return the vetoes in force. Raises VetoError if it is refused or no answer comes."""
+        return self._requester.ask(request, VetoError).vetoes
 
     def close(self) -> None:
-        """Give the socket back."""
-        self._asker.close()
+        """Close the socket."""
+        self._requester.close()

@@ -10,7 +10,9 @@ from ods.runtime.processes import PROCESSES
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Run it, or ask whether the configuration has it."""
-    parser.add_argument("--is-on", action="store_true", help="exit code 0 if its table is given, else 1; for systemd")
+    parser.add_argument(
+        "--is-on", action="store_true", help="exit with 0 if its table is configured, otherwise 1; for systemd"
+    )
 
 
 def run(args: Namespace) -> int:

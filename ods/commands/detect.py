@@ -24,12 +24,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="DET.npz", help="write the detections as .npz")
     parser.add_argument("--mask", action="store_true", help="with --out: label images too")
     said = parser.add_mutually_exclusive_group()
-    said.add_argument("--json", action="store_true", help="print one JSON line a ping")
-    said.add_argument("--quiet", action="store_true", help="print no line a ping")
+    said.add_argument("--json", action="store_true", help="print one JSON line per ping")
+    said.add_argument("--quiet", action="store_true", help="print no line per ping")
     parser.add_argument("--plot", type=Path, metavar="PICTURE.png", help="draw the images with their detections")
-    parser.add_argument("--sheet", type=Path, metavar="SHEET.png", help="the same, all pings on one picture")
+    parser.add_argument("--sheet", type=Path, metavar="SHEET.png", help="the same, with all pings on one picture")
     parser.add_argument(
-        "--plot-stages", type=Path, metavar="PICTURE.png", help="draw what each stage makes of them, with the levels"
+        "--plot-stages", type=Path, metavar="PICTURE.png", help="draw the output of each stage, with the levels"
     )
     add_style(parser)
 
@@ -37,7 +37,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Run the pipeline over a recording; without a configuration with its default chain. Raises OdsError."""
     if args.mask and args.out is None:
-        raise OdsError("--mask: needs --out, as it is written to that file")
+        raise OdsError("--mask: needs --out, the file that it is written to")
     refuse_missing(args.file, args.config, args.fan)
     from ods.commands.detect_recording import run as work  # takes a while: after what may be wrong
 

@@ -93,7 +93,7 @@ def _line(result: offline.PingResult) -> str:
     text = ", ".join(
         f"{d.range_m:.1f} m at {np.degrees(d.bearing_rad):+.1f} deg (r {d.radius_m:.1f} m)" for d in brightest
     )
-    return f"ping {result.place}: {len(detections)} detections" + (f"; brightest: {text}" if text else "")
+    return f"ping {result.place}: {len(detections)} detections" + (f"; strongest: {text}" if text else "")
 
 
 def _written(file: Path, write: Callable[[], object]) -> None:

@@ -1,4 +1,4 @@
-"""`ods info`: what is in a recording."""
+"""`ods info`: show the contents of a recording."""
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
@@ -45,7 +45,7 @@ def _lines(recording: Recording, summary: Summary, asked: Path) -> Iterator[str]
     for (process, pid), at_ns in summary.started.items():
         yield f"{(at_ns - summary.first_ns) / NS:8.1f} s  {process} (pid {pid})"
     yield from _faults(summary)
-    yield from (f"cut off: {name} (ods record --finish repairs it)" for name in summary.cut_off)
+    yield from (f"truncated: {name} (repair it with ods record --finish)" for name in summary.cut_off)
     if summary.losses:
         yield "lost in reading: " + ", ".join(f"{name} {count}" for name, count in sorted(summary.losses.items()))
 

@@ -8,7 +8,7 @@ from typing import Any
 from ods.base.settings_file import load
 from ods.config import part_of
 from ods.runtime.processes import PROCESSES, Process
-from ods.runtime.service import run_worker, words_at_the_end
+from ods.runtime.service import report_exit_reason, run_worker
 
 
 def add_arguments(_parser: ArgumentParser) -> None:
@@ -22,7 +22,7 @@ def run(args: Namespace) -> None:
 
 def run_process(process: Process, file: Path) -> None:
     """Run a process by a configuration until SIGTERM or SIGINT. Raises OdsError."""
-    with words_at_the_end(process.name) as home:
+    with report_exit_reason(process.name) as home:
         config = load(file, _named(process.config))
         home.run_dir = config.bus.run_dir
         run_worker(_named(process.worker), process, config.bus.run_dir, part_of(config, _named(process.settings)))

@@ -13,7 +13,7 @@ from ods.recording.repair import repair
 from ods.recording.service import RecordWorker
 from ods.recording.settings import RecordConfig
 from ods.runtime.processes import PROCESSES
-from ods.runtime.service import run_worker, words_at_the_end
+from ods.runtime.service import report_exit_reason, run_worker
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -21,8 +21,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--out", type=Path, metavar="DIR", help="record everything (default: in record.folder)")
     what.add_argument("--s7k", type=Path, metavar="FILE", help="record pings, contacts and poses; a new file")
-    what.add_argument("--finish", type=Path, metavar="PATH", help="complete recordings that were cut off: file, folder")
-    what.add_argument("--is-on", action="store_true", help="exit code 0 if `[record] on = true`, else 1; for systemd")
+    what.add_argument("--finish", type=Path, metavar="PATH", help="complete truncated recordings: file, folder")
+    what.add_argument(
+        "--is-on", action="store_true", help="exit with 0 if `[record] on = true`, otherwise 1; for systemd"
+    )
     parser.add_argument("--seconds", type=duration_s, metavar="S", help="default: until Ctrl-C or SIGTERM")
 
 
@@ -43,7 +45,7 @@ def run(args: Namespace) -> int:
 
 def _record(args: Namespace) -> None:
     process = PROCESSES["record"]
-    with words_at_the_end(process.name) as home:
+    with report_exit_reason(process.name) as home:
         config = load(args.config, OnboardConfig)
         home.run_dir = config.bus.run_dir
         settings = RecordConfig(
@@ -60,5 +62,5 @@ def _record(args: Namespace) -> None:
 
 def _new(folder: Path) -> Path:
     if any(folder.glob("*.mcap")):
-        raise RecordingError(f"{folder}: contains a recording already, and is not overwritten")
+        raise RecordingError(f"{folder}: already contains a recording, which is not overwritten")
     return folder.resolve()

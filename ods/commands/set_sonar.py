@@ -24,4 +24,4 @@ def run(args: Namespace) -> None:
         says = sonar.ask(SonarRequest(range_m=args.range, power_db=args.power, gain_db=args.gain))
     finally:
         sonar.close()
-    print(f"the sonar says: range {says.range_m} m, power {says.power_db} dB, gain {says.gain_db} dB")
+    print(f"the sonar reports: range {says.range_m} m, power {says.power_db} dB, gain {says.gain_db} dB")

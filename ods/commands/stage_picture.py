@@ -16,7 +16,7 @@ from ods.base.arrays import Floats, Floats32, Image
 from ods.messages import Detection, Detections
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.stage.watch import StageImage
-from ods.plots.fan import dress_bar
+from ods.plots.fan import style_colour_bar
 from ods.plots.style import BAD, GOOD, MARK, QUIET, STRONG, outline
 
 COLUMNS = 1000
@@ -61,7 +61,7 @@ def stages_figure(title: str, stages: Sequence[StageImage], found: Detections) -
             _draw_detections(panel, found.detections, column[0].fan)
         _draw_curves(below[-1], column[-1])
     bar = figure.colorbar(picture, ax=axes[:-1].ravel().tolist(), pad=0.01, aspect=40)
-    dress_bar(bar, "dB over the image's median")
+    style_colour_bar(bar, "dB over the image's median")
     return figure
 
 
@@ -69,9 +69,9 @@ def _column(stages: list[StageImage]) -> list[Drawn]:
     """Return what is drawn of one plane or ring; the image that the detector judged is drawn once."""
     *before, last = stages
     if before and np.array_equal(before[-1].image, last.image):
-        stages = [*before[:-1], last._replace(label=f"{before[-1].label}, judged by {last.label}")]
+        stages = [*before[:-1], last._replace(label=f"{before[-1].label}, detected by {last.label}")]
     elif last.levels:
-        stages = [*before, last._replace(label=f"{last.label}: what it compares with its levels")]
+        stages = [*before, last._replace(label=f"{last.label}: levels compared with the thresholds")]
     return [_drawn(stage) for stage in stages]
 
 

@@ -7,7 +7,7 @@ from ods.base import clock
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.commands.watched import watch_json
-from ods.commands.watched.received import Received, listen, one_look
+from ods.commands.watched.received import Received, listen, read_once
 from ods.config import OnboardConfig
 from ods.runtime import bus
 
@@ -22,7 +22,7 @@ COLUMNS = (
 def add_arguments(parser: ArgumentParser) -> None:
     """Live or once, for people or for programs."""
     parser.epilog = COLUMNS
-    parser.add_argument("--once", action="store_true", help="look once; exit code 0: the list is valid, 1: it is not")
+    parser.add_argument("--once", action="store_true", help="print once; exit code 0: the list is valid, 1: it is not")
     parser.add_argument("--json", action="store_true", help="with --once: one JSON object instead of the table")
 
 
@@ -35,20 +35,20 @@ def run(args: Namespace) -> int:
         return _once(run_dir, as_json=args.json)
     from ods.commands.watched import watch_screen  # rich is not on board
 
-    watch_screen.live(listen(run_dir), lambda: bus.hindrance(run_dir, "tracker"))
+    watch_screen.live(listen(run_dir), lambda: bus.unreachable_reason(run_dir, "tracker"))
     return 0
 
 
 def _once(run_dir: Path, *, as_json: bool) -> int:
     """Print one look; return 0 where the list is valid, else 1."""
-    received = one_look(run_dir)
+    received = read_once(run_dir)
     if as_json:
-        hindrance = bus.hindrance(run_dir, "tracker") if received.newest is None else ""
-        print(watch_json.text(received, clock.monotonic_ns(), hindrance))
+        unreachable_reason = bus.unreachable_reason(run_dir, "tracker") if received.newest is None else ""
+        print(watch_json.text(received, clock.monotonic_ns(), unreachable_reason))
     else:
         from ods.commands.watched import watch_screen
 
-        watch_screen.once(received, lambda: bus.hindrance(run_dir, "tracker"))
+        watch_screen.once(received, lambda: bus.unreachable_reason(run_dir, "tracker"))
     return 0 if _is_valid(received) else 1
 
 

@@ -23,4 +23,4 @@ def examine(settings: PipelineSettings) -> Iterator[Finding]:
     except (OdsError, ValueError) as error:
         yield Finding("wrong", "pipeline", str(error))
     else:
-        yield Finding("good", "pipeline", "all stages are known, their parameters fit, and an image gets through")
+        yield Finding("good", "pipeline", "all stages are known, their parameters fit, and an image passes")

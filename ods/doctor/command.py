@@ -12,7 +12,9 @@ LEVEL_COLOURS = {"good": "green", "note": "yellow", "wrong": "red"}
 
 def add_arguments(parser: ArgumentParser) -> None:
     """How long to listen."""
-    parser.add_argument("--listen", type=duration_s, default=0.0, metavar="SECONDS", help="receive sonar and INS, too")
+    parser.add_argument(
+        "--listen", type=duration_s, default=0.0, metavar="SECONDS", help="also receive data from sonar and INS"
+    )
 
 
 def run(args: Namespace) -> int:

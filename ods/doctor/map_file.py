@@ -14,7 +14,7 @@ from ods.tracker.map.store import copy_of_map
 def examine(path: Path | None, site: SiteSettings) -> Iterator[Finding]:
     """Look at the map's file, or where it is to be made, without touching either."""
     if path is None:
-        yield Finding("note", "map", "tracker.map.path is not set: static objects are forgotten when the process ends")
+        yield Finding("note", "map", "tracker.map.path is not set: static objects are lost when the process ends")
         return
     subject = f"map {path}"
     if not os.path.exists(path):  # noqa: PTH110  which never raises
@@ -27,11 +27,11 @@ def examine(path: Path | None, site: SiteSettings) -> Iterator[Finding]:
 def _to_be_made(subject: str, path: Path) -> Finding:
     folder = next(folder for folder in path.parents if os.path.exists(folder))  # noqa: PTH110
     if not folder.is_dir():
-        return Finding("wrong", subject, f"cannot be made: {folder} is no folder; see tracker.map.path")
+        return Finding("wrong", subject, f"cannot be created: {folder} is not a folder; see tracker.map.path")
     if not os.access(folder, os.W_OK | os.X_OK):
-        fault = f"cannot be made: {folder} belongs to {_owner(folder)}, and may not be written by this user"
+        fault = f"cannot be created: {folder} belongs to {_owner(folder)}, and is not writable for this user"
         return Finding("wrong", subject, f"{fault}; see tracker.map.path")
-    return Finding("good", subject, "is made at the first start")
+    return Finding("good", subject, "will be created at the first start")
 
 
 def _usable(subject: str, path: Path, site: SiteSettings) -> Finding:

@@ -23,7 +23,7 @@ def examine(mounting: MountingSettings, lever_arm_m: Lever) -> Iterator[Finding]
         yield Finding("note", "mounting", f"angles of sonar.mounting are degrees; if these are radians, {converted}")
     steep = _from_level_deg(mounting)
     if steep > STEEPEST_DEG:
-        why = f"beyond {STEEPEST_DEG:.0f} deg positions are off by more than their reported sigma"
+        why = f"beyond {STEEPEST_DEG:.0f} deg position errors exceed their reported sigma"
         yield Finding("note", "mounting", f"sonar.mounting puts the fan {steep:.0f} deg from level: {why}")
     if any(lever_arm_m):
         yield Finding("good", "mounting", f"the INS is {_way(lever_arm_m)} of the vehicle's origin")
@@ -46,7 +46,7 @@ def words_of(mounting: MountingSettings) -> str:
         )
         if angle
     ]
-    looks = f"looks {' and '.join(turns)}" if turns else "looks along the bow"
+    looks = f"looks {' and '.join(turns)}" if turns else "looks straight ahead"
     side = "starboard" if mounting.roll_deg > 0.0 else "port"
     rolled = f", rolled {abs(mounting.roll_deg):g} deg to {side}" if mounting.roll_deg else ""
     return f"{f'{way} of' if way else 'at'} the vehicle's origin and {looks}{rolled}"

@@ -63,7 +63,7 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
     subject = f"navigation by {settings.nav.source}"
     nav_runs = is_locked(settings.bus.run_dir, "nav")
     if nav_runs and (settings.nav.source == "nmea" or settings.nav.can.interface != "socketcan"):
-        yield Finding("note", subject, "not listened to: the nav process has the line")
+        yield Finding("note", subject, "no data received: the nav process uses the line")
         return
     counters: Counter[str] = Counter()
     try:
@@ -138,8 +138,8 @@ def _waiting(subject: str, nav: NavSettings, source: PoseSource[Any], received: 
     if came - {"heartbeat"} or not source.waits_for_start(clock.monotonic_ns()):
         return None
     if nav.canopen is not None and nav.canopen.start_ins:
-        found = "waits to be started" if came else "is silent, as before it is started"
-        advice = "which the nav process does (nav.canopen.start_ins): its poses can be looked at when that runs"
+        found = "waits to be started" if came else "is silent, as if not started"
+        advice = "which the nav process does (nav.canopen.start_ins): check its poses while nav runs"
         return Finding("note", subject, f"the INS {found}, {advice}")
     found = "the INS waits to be started: set nav.canopen.start_ins = true, or let another node start it"
     return Finding("wrong", subject, found) if came else None
@@ -151,10 +151,10 @@ def _nothing(nav: NavSettings, received: Received, seconds: float) -> str:
     found = [f"others came: {others}"] if others else []
     causes = [problem for problem in received.problems if problem.endswith("?")] or received.line
     if causes and not any(SILENT in cause for cause in causes):
-        return f"nothing that it should send came within {seconds:g} s: {'; '.join([*found, *causes])}"
+        return f"no expected data within {seconds:g} s: {'; '.join([*found, *causes])}"
     found = [*received.line, *(problem for problem in received.problems if NEVER not in problem), *found]
-    asked = f"is the INS on, wired and set to send, and {_right(nav)} right?"
-    return f"nothing that it should send came within {seconds:g} s ({'; '.join(found)}): {asked}"
+    asked = f"is the INS on, connected and set to send, and {_right(nav)} right?"
+    return f"no expected data within {seconds:g} s ({'; '.join(found)}): {asked}"
 
 
 def _right(nav: NavSettings) -> str:
@@ -182,7 +182,7 @@ def _rates(source: PoseSource[Any], items: Counter[str], own_rhythm: set[str], s
             yield Finding("wrong", subject, f"{what}: {rate:.1f} Hz, {unusable[name]}")
         elif items[name] < SLOW * fastest and what not in own_rhythm:
             yield Finding("note", subject, f"{what}: {rate:.1f} Hz, others {fastest / seconds:.1f} Hz: a pose needs "
-                          f"all of them, so give them one rate at the INS{otherwise}")  # fmt: skip
+                          f"all of them, so set them to one rate at the INS{otherwise}")  # fmt: skip
         else:
             yield Finding("good", subject, f"{what}: {rate:.1f} Hz")
 
@@ -205,12 +205,12 @@ def _judge(
     rate = len(received.poses) / seconds
     if rate * bridged_s < 1.0:
         yield Finding("wrong", subject, f"{rate:.1f} poses/s: the tracker bridges {bridged_s:g} s "
-                      "(pose.max_extrapolation_s), so give the INS's messages a higher rate")  # fmt: skip
+                      "(pose.max_extrapolation_s), so set a higher rate at the INS")  # fmt: skip
     elif len(received.poses) < SLOW * instants:
         lost = 1.0 - len(received.poses) / instants
         yield Finding("note", subject, f"{rate:.1f} poses/s, the newest {_place(received.poses[-1])}: "
-            f"{lost:.0%} of what "
-                      f"the INS sends is lost")  # fmt: skip
+            f"{lost:.0%} of the INS's "
+                      f"data is lost")  # fmt: skip
     else:
         yield Finding("good", subject, f"{rate:.1f} poses/s, the newest {_place(received.poses[-1])}")
     for problem in (*received.line, *received.problems):

@@ -37,7 +37,7 @@ def _tracker(settings: TrackerSettings) -> Iterator[Finding]:
         yield Finding("wrong", "tracker", reason(error))
     else:
         chosen = f"observer {settings.observer} and association {settings.association}"
-        yield Finding("good", "tracker", f"{chosen} get through a made-up mission")
+        yield Finding("good", "tracker", f"{chosen} pass a synthetic mission")
 
 
 def _protocol(settings: SonarSettings) -> Iterator[Finding]:
@@ -56,7 +56,7 @@ def _protocol(settings: SonarSettings) -> Iterator[Finding]:
     except Exception as error:
         yield Finding("wrong", "sonar protocol", reason(error))
     else:
-        yield Finding("good", "sonar protocol", f"{settings.protocol} is known and gets through noise")
+        yield Finding("good", "sonar protocol", f"{settings.protocol} is known and survives noise")
 
 
 def _decoders(settings: RecordingsSettings) -> Iterator[Finding]:

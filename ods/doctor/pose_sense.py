@@ -24,12 +24,12 @@ def examine(subject: str, poses: Sequence[Pose]) -> Iterator[Finding]:
         fault = f"the vehicle is {away_m / 1000:.1f} km from the site: is [site] this mission's?"
         yield Finding("wrong", subject, fault)
     if down < -HIGH_M:
-        fault = f"the vehicle is {-down:.1f} m up in the air: is it height instead of depth"
+        fault = f"the vehicle is {-down:.1f} m above the surface: is it height instead of depth"
         cure = "sign = -1 in nav.dbc.signals, a negative factor in nav.canopen.objects"
         yield Finding("wrong", subject, f"{fault} ({cure})?")
     if poses[-1].utc_source == "unsure" and clock.synchronized():
         fault = "the INS's time is more than 1 s from this computer's, which is synchronized"
-        why = "it is wrong, or what it sends comes so late, as behind a serial server that buffers"
+        why = "it is wrong, or its data arrive late, for example through a serial server that buffers"
         yield Finding("note", subject, f"{fault}: {why}")
     yield from _motion(subject, poses)
 

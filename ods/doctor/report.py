@@ -22,7 +22,7 @@ def findings(config: Path, listen_s: float = 0.0, run_dir: Path | None = None) -
     except OdsError as error:
         yield Finding("wrong", "configuration", str(error))
         return
-    yield Finding("good", "configuration", f"{config} is complete and every value is in range")
+    yield Finding("good", "configuration", f"{config} is complete, with every value in range")
     yield from unusual.examine(settings)
     yield from chain.examine(settings.pipeline)
     yield from plugins.examine(settings)

@@ -35,7 +35,7 @@ def sockets(run_dir: Path) -> Iterator[Finding]:
             continue
         if process.name not in running:
             problems = "; ".join(report.problems) if report else ""
-            yield Finding("wrong", process.name, problems or "does not run, though others do")
+            yield Finding("wrong", process.name, problems or "does not run, although others do")
         elif report is None:
             late = overload.problem(clock.monotonic_ns())  # which does not say that it would answer on an idle one
             why = "it hangs, or is starting" + (f", or is only late, as {late}" if late else "")
@@ -43,7 +43,7 @@ def sockets(run_dir: Path) -> Iterator[Finding]:
         elif report.problems:
             yield Finding("wrong", process.name, "; ".join(report.problems))
         else:
-            yield Finding("good", process.name, "runs and is well" if report.ready else "is starting")
+            yield Finding("good", process.name, "runs without problems" if report.ready else "is starting")
 
 
 def _may_be_used(run_dir: Path) -> bool:

@@ -6,8 +6,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
+from ods.export.conversion import TOPICS, export
 from ods.export.place import Place, place_of
-from ods.export.pour import TOPICS, export
 from ods.export.sink import Sink
 from ods.recording.mcap.reader import open_recording
 
@@ -29,10 +29,10 @@ FORMATS = {
         "ods.export.foxglove_file:FoxgloveFile", ("mounting", "frame"),
     ),
     "ros2": Format(
-        "ROS 2 bag, a folder, for ros2 bag play and everything that reads bags", "ods.export.ros2:Ros2Bag",
+        "ROS 2 bag, a folder, for ros2 bag play and all readers of bags", "ods.export.ros2:Ros2Bag",
         ("mounting",),
     ),
-    "csv": Format("tables, a folder, for pandas and spreadsheets", "ods.export.csv_tables:CsvTables"),
+    "csv": Format("folder of tables, for pandas and spreadsheets", "ods.export.csv_tables:CsvTables"),
     "s7k": Format("pings, contacts and poses for 7k software", "ods.export.s7k:S7kFile", ("frame",)),
     "geojson": Format("tracks for geographic software", "ods.export.geojson:GeoJsonFile", ("frame",)),
 }  # fmt: skip

@@ -55,7 +55,7 @@ def place_of(attachments: dict[str, bytes], config: Path | None) -> Place:
     """
     if config is None:
         if ATTACHMENT not in attachments:
-            raise PlaceError("the recording has no configuration: give one by --config")
+            raise PlaceError("the recording has no configuration: give one with --config")
         return place_in(attachments[ATTACHMENT], "the recording's configuration")
     return _place(load(config, _File))
 

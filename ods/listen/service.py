@@ -7,9 +7,9 @@ import time
 
 import zmq
 
-from ods.listen.door import Door
 from ods.listen.settings import ListenConfig
 from ods.listen.tap import Tap
+from ods.listen.topic_server import TopicServer
 from ods.runtime.keys.admission import Admission, Asked
 from ods.runtime.keys.key_files import KeyFileError
 from ods.runtime.keys.key_folder import KeyFolder
@@ -26,7 +26,7 @@ class ListenWorker(Worker[ListenConfig]):
     def __init__(self, service: Service, settings: ListenConfig) -> None:
         super().__init__(service, settings)
         if settings.bus.keys is None or not settings.bus.listen:
-            raise StartError("bus.listen: missing: set `at` (address) and `topics` (what may be received there)")
+            raise StartError("bus.listen: missing: set `at` (address) and `topics` (the topics served there)")
         folder = KeyFolder(settings.bus.keys)
         try:
             pair = folder.server()
@@ -35,7 +35,7 @@ class ListenWorker(Worker[ListenConfig]):
         self._allowed = KeyList(folder)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context(1)
         self._admission = Admission(self._context)
-        self._doors = [Door(self._context, each, pair) for each in settings.bus.listen]
+        self._doors = [TopicServer(self._context, each, pair) for each in settings.bus.listen]
         wanted = frozenset(name for door in self._doors for name in door.topics)
         self._tap = Tap(self._context, service.run_dir, wanted)
         service.subscriber.watch_fd(self._tap.fd)
@@ -53,7 +53,7 @@ class ListenWorker(Worker[ListenConfig]):
         now_s = time.monotonic()
         for door in self._doors:
             if door.step(now_s):
-                self.service.complain_once("listen_errors", door.problem)
+                self.service.log_once("listen_errors", door.problem)
         self._pass_on()
         for asked in self._admission.answer(self._allowed.names):
             self._note(asked)
@@ -76,7 +76,7 @@ class ListenWorker(Worker[ListenConfig]):
 
     def _note(self, asked: Asked) -> None:
         if not asked.name:
-            self.service.complain_once("refused_clients", f"{asked.address} has no key that is allowed: {asked.key}")
+            self.service.log_once("refused_clients", f"{asked.address} has no allowed key: {asked.key}")
             return
         self.service.counters["admitted_clients"] += 1
         for door in self._doors:

@@ -40,8 +40,8 @@ class Detection(msgspec.Struct, frozen=True):
     """The echo reaches the border of the data: position and radius are of the visible part, with errors correlated
     from ping to ping."""
     onset: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
-    """From half-level to peak of the leading edge, in widths of the point response: about 1 for an object, more for a
-    bottom; 0: not measured."""
+    """Rise of the leading edge from half level to peak, in widths of the point response: about 1 for an object, more
+    for a bottom; 0: not measured."""
     front: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Probability that the leading edge is an object's and not a rough bottom's, if both are equally frequent; 0: not
     estimated."""
@@ -88,7 +88,7 @@ class UnseenPart(msgspec.Struct, frozen=True):
 
 
 class LookedVolume(msgspec.Struct, frozen=True):
-    """How far a 3-D sonar saw clear water in each direction, in the head's frame.
+    """How far a 3-D sonar observed clear water in each direction, in the head's frame.
 
     Cells of equal angles over bearings and elevations. Nothing behind a cell's nearest echo was observed.
     """
@@ -127,7 +127,7 @@ class Detections(msgspec.Struct, frozen=True):
     second_ways_m: list[float] = []
     """Additional slant ranges of multipath echoes."""
     caution: str = ""
-    """Why an image that is used may be wrong."""
+    """Why a used image may be wrong."""
     poses_until: CountOrNone = -1
     """`Pose.seq` of the newest pose known; -1: none."""
     poses_heard: Count = 0

@@ -15,7 +15,7 @@ class Health(msgspec.Struct, frozen=True):
     utc_ns: int
     ready: bool
     problems: list[str]
-    """Plain words; empty when all is well."""
+    """In plain language; empty when all is well."""
     counters: dict[str, int]
     """Since start: [counters](../counters/README.md)."""
     rates_hz: dict[str, float]

@@ -23,12 +23,12 @@ class ClosestApproach(msgspec.Struct, frozen=True, gc=False):
     distance_m: float
     """Below 0: inside the obstacle."""
     sigma_m: float
-    """Of `distance_m`, with the effect of the velocity's error on the time: an object that seems to fall behind may
+    """Of `distance_m`, including the effect of the velocity error on the time: an object that seems to fall behind may
     approach."""
 
 
 class Prediction(msgspec.Struct, frozen=True, gc=False):
-    """Where an obstacle will be if it keeps its velocity."""
+    """Predicted position if the obstacle keeps its velocity."""
 
     lead_s: float
     """After the list's `t_ns`."""
@@ -41,11 +41,11 @@ class Outline(msgspec.Struct, frozen=True, gc=False):
     """The visible part of an elongated object as a strip in the horizontal plane."""
 
     middle_ne: tuple[float, float]
-    """As exact as the obstacle's position."""
+    """As accurate as the obstacle's position."""
     half_length_m: float
     half_width_m: float
     azimuth_rad: float
-    """Of its long axis, from north to east, within [0, pi)."""
+    """Of its long axis, clockwise from north, in [0, pi)."""
     sigma_half_length_m: float
 
 
@@ -58,13 +58,13 @@ class Obstacle(msgspec.Struct, frozen=True):
     """active: observed; stand_by: not for some seconds, or less certain; hibernated: static, out of view, in the map.
     Keep clear of all three. terminated: ended; ignore it."""
     position_ned: Vector3
-    """Of its middle."""
+    """Of its centre."""
     velocity_ned: Vector3
     """Over ground, m/s; zero for a static object."""
     radius_m: float
     sigma_position: Vector3
     sigma_velocity: Vector3
-    """For a static object: the largest velocity that its echoes do not exclude yet."""
+    """For a static object: the largest velocity that its echoes do not yet exclude."""
     sigma_radius: float
     first_seen_utc_ns: int
     last_seen_utc_ns: int
@@ -79,7 +79,7 @@ class Obstacle(msgspec.Struct, frozen=True):
     predicted: list[Prediction] = []
     """At each of `tracker.planner.lead_times_s`; empty when terminated."""
     unseen_s: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
-    """Time since it was last seen in which its position was not observed: coasted, not missed."""
+    """Time since its last echo during which its position was not observed: coasted, not missed."""
     bottom_probability: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """That it rises no higher over the bottom than `tracker.bottom.clearance_m`; 0: the pose has no altitude."""
     height_above_bottom_m: float | None = None
@@ -89,7 +89,7 @@ class Obstacle(msgspec.Struct, frozen=True):
     moving: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Probability that it moves."""
     multipath_of: CountOrNone = -1
-    """Id of the obstacle of which it is probably a multipath echo; -1: none. There may be an object all the same."""
+    """Id of the obstacle of which it is probably a multipath echo; -1: none. It may still be a real object."""
     near_m: float | None = None
     """Slant range from the sonar's head to the nearest point, more accurate than position and radius. None: not seen
     for 2 s, no near edge, or no ping."""
@@ -125,9 +125,9 @@ class ObstacleList(msgspec.Struct, frozen=True):
     unseen: list[UnseenPart] = []
     """What the ping did not observe."""
     unseen_share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
-    """Their share; the list is not valid after more than half for 0.5 s."""
+    """Their share; above a half for 0.5 s, the list is not valid."""
     unseen_why: str = ""
-    """Empty when all was seen."""
+    """Empty when everything was observed."""
     heard_from_db: HearingLevel | None = None
     """As in `Detections`: objects that are not clearly stronger may be missing."""
     caution: str = ""
@@ -166,8 +166,8 @@ class Clearance(msgspec.Struct, frozen=True):
     Both limits are 0 where all is unknown: what the ping did not observe or process, behind an echo, and while the
     list is not valid.
 
-    Clear water is remembered until an object of speed `fastest_m_s` could have entered it. Objects with echoes weaker
-    than `ObstacleList.heard_from_db` may be there nevertheless.
+    Clear water is remembered until an object of speed `fastest_m_s` could have entered it. It may still contain objects
+    with echoes weaker than `ObstacleList.heard_from_db`.
     """
 
     seq: Count
@@ -183,13 +183,14 @@ class Clearance(msgspec.Struct, frozen=True):
     clear_to_m: list[Distance]
     """(n,) where it ends: two sigmas before the nearest obstacle or echo at the latest."""
     nearest_m: list[Distance | None]
-    """(n,) to the edge of the nearest obstacle or, two sigmas nearer, echo; none: neither, but not clear water."""
+    """(n,) to the edge of the nearest obstacle or, two sigmas nearer, echo; none: there is neither, but the water need
+    not be clear."""
     pose: PoseAt | None = None
     """The vehicle's at `t_ns`."""
     site: Site | None = None
     half_height_m: float = 0.0
     """Half the height of the layer around the vehicle's origin."""
     fastest_m_s: float = 0.0
-    """What is faster may have come in."""
+    """Faster objects may have entered."""
     made_ns: Instant = 0
     made_utc_ns: Instant = 0

@@ -8,9 +8,10 @@ from ods.messages.fields import Count, ReplaySpeed, SonarLevel, SonarRange
 
 
 class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
-    """A planner's request: these values hold until the next one; without any it only asks. Unknown fields are refused.
+    """A planner's request: these values apply until the next one; without any it is a query. Unknown fields are
+    refused.
 
-    The answer comes when the sonar reports the new value, or when that failed: allow some seconds.
+    The answer comes when the sonar reports the new value or the request has failed: allow some seconds.
     """
 
     range_m: SonarRange | None = None
@@ -23,16 +24,16 @@ class SonarAnswer(msgspec.Struct, frozen=True, kw_only=True):
     """Result of a request."""
 
     ok: bool
-    """The sonar works with what was asked for."""
+    """The sonar uses the requested values."""
     reason: str
     range_m: float | None = None
-    """As the sonar reports now."""
+    """As the sonar reports it now."""
     power_db: float | None = None
     gain_db: float | None = None
 
 
 class ReplayRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
-    """To a live replay, `ods replay --live`."""
+    """Request to a live replay, `ods replay --live`."""
 
     do: Literal["tell", "pause", "go", "step"] = "tell"
     """`tell`: only the answer; `step`: continue for `steps` obstacle lists, then pause."""
@@ -42,7 +43,7 @@ class ReplayRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=Tru
 
 
 class ReplayAnswer(msgspec.Struct, frozen=True, kw_only=True):
-    """Where a live replay is, after the request."""
+    """State of a live replay after the request."""
 
     ok: bool
     reason: str

@@ -20,11 +20,11 @@ class RangeGrid(msgspec.Struct, frozen=True):
     elevation_rad: list[Angle]
     """(samples,) strictly increasing."""
     range_max_m: Annotated[float, msgspec.Meta(gt=0.0, le=1e5)]
-    """An echo up to here would have been received."""
+    """Largest range at which an echo would have been received."""
 
 
 class Sweep(msgspec.Struct, frozen=True):
-    """How a mechanically scanned head goes over its sector, one beam at a time."""
+    """How a mechanically scanned head sweeps its sector, one beam at a time."""
 
     bearing_min_rad: Angle
     """Middle of the first beam."""
@@ -33,7 +33,7 @@ class Sweep(msgspec.Struct, frozen=True):
     step_rad: Angle
     """From beam to beam."""
     turn_s: Annotated[float, msgspec.Meta(ge=0.0, le=1e4)]
-    """Time to go over all of it once."""
+    """Duration of one sweep."""
     rising: bool
     """It turns to starboard."""
     ends: bool = False

@@ -44,4 +44,4 @@ class VehicleTruth(msgspec.Struct, frozen=True):
     velocity_ned: Vector3
     """Over ground, m/s."""
     stopped: bool
-    """Its propeller stands still, as no set points come."""
+    """Its propeller stopped because no set points came."""

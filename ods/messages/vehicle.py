@@ -77,7 +77,7 @@ class VehicleSetPoint(msgspec.Struct, frozen=True):
     list_seq: Count
     """`seq` of its `ObstacleList`."""
     avoiding: bool
-    """Something is in the way to the way-point."""
+    """Something blocks the path to the way-point."""
     valid: bool
     """False: that list is not valid or too old."""
     arrived: bool

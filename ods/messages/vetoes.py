@@ -8,7 +8,7 @@ from ods.messages.fields import LARGEST_REGION_M, LONGEST_VETO_S, MOST_CORNERS, 
 
 
 class VetoRegion(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
-    """A circle or a polygon in the local frame; obstacles must lie whole inside."""
+    """A circle or a polygon in the local frame; it covers obstacles that lie entirely inside."""
 
     centre_ne: tuple[Coordinate, Coordinate] | None = None
     """Of a circle; none: a polygon."""
@@ -16,7 +16,7 @@ class VetoRegion(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, 
     corners_ne: Annotated[list[tuple[Coordinate, Coordinate]], msgspec.Meta(max_length=MOST_CORNERS)] = []
     """Of a polygon in order, at least three; empty: a circle."""
     down_m: tuple[Coordinate, Coordinate] | None = None
-    """From and to this down coordinate, where lists have depths: two sigmas of an object's must fit. None: any."""
+    """Interval of down coordinates that must contain an object's depth +- two sigmas. None: any."""
 
     def __post_init__(self) -> None:
         if (self.centre_ne is None) == (not self.corners_ne):
@@ -33,7 +33,7 @@ class VetoRegion(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, 
 
 
 class Veto(msgspec.Struct, frozen=True, kw_only=True):
-    """An operator's veto that holds: planners may ignore these obstacles."""
+    """A veto in force: planners may ignore these obstacles."""
 
     number: Count
     """Counted by the tracker, from 0."""
@@ -45,7 +45,7 @@ class Veto(msgspec.Struct, frozen=True, kw_only=True):
     """When it expires."""
     until_utc_ns: Instant
     region: VetoRegion
-    """The obstacle is ignored only while its circle lies whole inside. Of a veto by id: its circle then, and 2 m
+    """The obstacle is ignored only while its circle lies entirely inside. For a veto by id: its circle then, and 2 m
     around."""
     id: ObjectId | None = None
     """None: all static ones in the region (`moving` at most 0.5)."""
@@ -87,18 +87,18 @@ class VetoAnswer(msgspec.Struct, frozen=True, kw_only=True):
     ok: bool
     reason: str
     vetoes: list[Veto] = []
-    """Those that hold now."""
+    """Those now in force."""
 
 
 class VetoOrder(msgspec.Struct, frozen=True, kw_only=True):
-    """A request as the tracker took it: lists after it were made with it."""
+    """A request as the tracker executed it; it applies to all later lists."""
 
     seq: Count
     t_ns: Instant
-    """When it was carried out or refused."""
+    """When it was executed or refused."""
     utc_ns: Instant
     author: str
     """Name of the operator's key."""
     request: VetoRequest
     refused: str
-    """Why; empty: carried out."""
+    """Why; empty: executed."""

@@ -15,15 +15,17 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("campaign", type=Path, metavar="CAMPAIGN.toml", help="worlds, arms, vehicle, planner")
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("--out", type=Path, metavar="DIR",
-                      help="fly it; results go there; a stopped campaign there is gone on with")  # fmt: skip
+                      help="run it; folder for the results; a stopped campaign continues there")  # fmt: skip
     what.add_argument("--fit", type=Path, metavar="FILE.json",
-                      help="fly some missions by images only, and fit laws of detections to them")  # fmt: skip
+                      help="run some missions with images, and fit distributions of detections to them")  # fmt: skip
     parser.add_argument("--chart", action="store_true",
-                        help="with --out: collisions against time a ping, variant by variant")  # fmt: skip
+                        help="with --out: chart of collisions against time per ping, by variant")  # fmt: skip
     add_style(parser)
     who = parser.add_mutually_exclusive_group()
     who.add_argument("--workers", type=positive_int, default=1, metavar="N", help="processes (default: 1)")
-    who.add_argument("--cluster", metavar="ADDRESS", help="the workers of this Dask scheduler instead: tls://HOST:PORT")
+    who.add_argument(
+        "--cluster", metavar="ADDRESS", help="use the workers of this Dask scheduler instead: tls://HOST:PORT"
+    )
     parser.add_argument("--tls", type=Path, metavar="FOLDER", help="for --cluster: ca.pem, cert.pem and key.pem")
 
 
@@ -31,7 +33,7 @@ def run(args: Namespace) -> None:
     """Fly all missions that are not done yet and print the results of all. Raises OdsError."""
     refuse_missing(args.campaign)
     if args.chart and args.out is None:
-        raise OdsError("--chart: needs --out, where it goes")
+        raise OdsError("--chart: needs --out, the folder for it")
     if args.tls is not None and args.cluster is None:
         raise OdsError("--tls: goes with --cluster")
     if args.fit is not None:

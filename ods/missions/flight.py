@@ -10,7 +10,7 @@ import numpy as np
 from ods.base.clock import NS
 from ods.base.errors import OdsError
 from ods.messages import ObstacleList, Vector3
-from ods.missions.all_knowing.led import Led, led_through
+from ods.missions.all_knowing.path_follower import PathFollower, fastest_path_follower
 from ods.missions.detections.laws import Laws
 from ods.missions.failing.witness import Warned, Witness
 from ods.missions.outcome import Ending, Outcome
@@ -21,7 +21,7 @@ from ods.offline.mission import MissionSettings
 from ods.planner.conflict import conflict
 from ods.planner.planner import Planner, SetPoint
 from ods.sim_sonar.sonar.model import SonarModel
-from ods.sim_sonar.steered import Steered, VehicleState, at_start
+from ods.sim_sonar.steered import SteeredVehicle, VehicleState, at_start
 
 NEARLY = 2.0
 """Multiple of the distance to keep within which an obstacle is a true reason for an evasion: positions are not
@@ -115,7 +115,7 @@ class Flight:
         self._period_s = sonar.ping_period_s
         goal = (campaign.world.length_m, 0.0, campaign.world.down_m)
         start = at_start(0.0, campaign.planner.slow_m_s, (0.0, 0.0, goal[2]))
-        self.vehicle = Steered(campaign.vehicle, start, self.world.current_m_s)
+        self.vehicle = SteeredVehicle(campaign.vehicle, start, self.world.current_m_s)
         self.planner = self._planner(start, goal)
         self.referee = Referee(self.world, campaign.vehicle.radius_m)
         self._wide = msgspec.structs.replace(campaign.planner, keep_m=NEARLY * campaign.planner.keep_m)
@@ -127,10 +127,10 @@ class Flight:
         self.received: Received | None = None
         self._ending: Ending = "time-out"
 
-    def _planner(self, start: VehicleState, goal: Vector3) -> Planner | Led:
+    def _planner(self, start: VehicleState, goal: Vector3) -> Planner | PathFollower:
         if self._arm != "all_knowing":
             return Planner(self._campaign.planner, [goal])
-        led = led_through(self.world, self._campaign, start, self._period_s / STEPS, STEPS)
+        led = fastest_path_follower(self.world, self._campaign, start, self._period_s / STEPS, STEPS)
         first = led.steer(0)
         self.vehicle.obey(first.heading_rad, first.speed_m_s, first.down_m)
         return led

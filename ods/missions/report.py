@@ -14,7 +14,7 @@ from ods.missions.settings import Campaign
 from ods.missions.statistics import Paired, Rate, Summary, paired, summary_of
 
 ARMS = {"none": "no avoidance", "ods": "the ODS list", "truth": "the truth as list", "all_knowing": "all-knowing"}
-SHARES = {("ods", "truth"): ": the list's share of failure", ("truth", "all_knowing"): ": the planner's"}
+SHARES = {("ods", "truth"): ": due to the list", ("truth", "all_knowing"): ": due to the planner"}
 
 
 class Result(msgspec.Struct, frozen=True):
@@ -49,14 +49,14 @@ def table_of(result: Result) -> Table:
     for name, key in (("success", "success"), ("collision", "collision"), ("near miss", "near_miss"),
                       ("time-out", "time_out")):  # fmt: skip
         table.add_row(name, *(_rate(getattr(arm, key)) for arm in result.arms))
-    table.add_row("least clearance, m: median (5 to 95 %)", *(_spread(arm.clearance_m) for arm in result.arms))
-    table.add_row("way over the straight one", *(_ratio(arm.path_ratio) for arm in result.arms))
-    table.add_row("time over that without avoidance", *(_ratio(arm.time_ratio) for arm in result.arms))
-    table.add_row("way over that of the all-knowing", *(_ratio(arm.path_over_best) for arm in result.arms))
-    table.add_row("time over that of the all-knowing", *(_ratio(arm.time_over_best) for arm in result.arms))
+    table.add_row("smallest clearance, m: median (5 to 95 %)", *(_spread(arm.clearance_m) for arm in result.arms))
+    table.add_row("path length relative to a straight line", *(_ratio(arm.path_ratio) for arm in result.arms))
+    table.add_row("time relative to no avoidance", *(_ratio(arm.time_ratio) for arm in result.arms))
+    table.add_row("path length relative to all_knowing", *(_ratio(arm.path_over_best) for arm in result.arms))
+    table.add_row("time relative to all_knowing", *(_ratio(arm.time_over_best) for arm in result.arms))
     table.add_row("time to collision when first listed, s", *(_spread(arm.time_to_collision_s) for arm in result.arms))
     table.add_row("evasions a mission", *(f"{arm.evasions:.1f}" for arm in result.arms))
-    table.add_row("of these of nothing", *(f"{arm.evasions_of_nothing:.1f}" for arm in result.arms))
+    table.add_row("of these without an obstacle", *(f"{arm.evasions_of_nothing:.1f}" for arm in result.arms))
     table.add_row("time with no valid list", *(f"{arm.not_valid_share:.1%}" for arm in result.arms))
     return table
 

@@ -102,7 +102,7 @@ def _left(campaign: Campaign, journal: Journal) -> list[Task]:
     tasks = tasks_of(campaign)
     if len(journal.done) > len(tasks):
         raise OdsError(
-            f"missions: {len(journal.done) // len(campaign.arms)} have been flown there already, more than requested"
+            f"missions: {len(journal.done) // len(campaign.arms)} have already been run there, more than requested"
         )
     return tasks[len(journal.done) :]
 

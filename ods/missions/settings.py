@@ -61,7 +61,7 @@ class WorldSettings(Settings, frozen=True):
     def __post_init__(self) -> None:
         for key, (low, high) in (("radius_m", self.radius_m), ("speed_m_s", self.speed_m_s)):
             if low > high:
-                raise ValueError(f"{key}: the least is above the greatest")
+                raise ValueError(f"{key}: the minimum is above the maximum")
         if self.sea_bed is not None and self.sea_bed.depth_m <= self.down_m:
             raise ValueError("sea_bed.depth_m: must be below down_m, where the vehicle goes")
         if self.obstacles_per_hectare * self.length_m * self.width_m / 1e4 > MOST_OBSTACLES:
@@ -92,7 +92,7 @@ class ChartSettings(Settings, frozen=True):
 
     def __post_init__(self) -> None:
         if len({each.name for each in self.variant}) < len(self.variant):
-            raise ValueError("variant: two have one name")
+            raise ValueError("variant: two have the same name")
 
 
 class Campaign(Settings, frozen=True):
@@ -131,11 +131,11 @@ class Campaign(Settings, frozen=True):
 
     def __post_init__(self) -> None:
         if len(set(self.arms)) < len(self.arms):
-            raise ValueError("arms: one is named twice")
+            raise ValueError("arms: one is listed twice")
         if self.planner.climb_to_m > self.world.down_m:
             raise ValueError("planner.climb_to_m: is below world.down_m: must be above it")
         if self.fidelity == "detections" and self.detections is None:
-            raise ValueError('detections: fidelity = "detections" needs a file of laws, made by --fit')
+            raise ValueError('detections: fidelity = "detections" needs a file made by --fit')
         if self.fidelity == "detections" and self.errors != ErrorSettings():
             raise ValueError('errors: need fidelity = "images"')
         if self.fidelity == "detections" and self.world.heard_within_m is not None:

@@ -41,7 +41,7 @@ def sonar_of(campaign: Campaign) -> SonarModel:
     """Return the sonar, set to the campaign's range. Raises OdsError."""
     sonar = find_sonar(campaign.sonar)
     if sonar.pixels is not None and (campaign.errors.fault or campaign.errors.range_scale != 1.0):
-        raise OdsError(f"errors: fault, range_scale: {sonar.name} sends range images, simulated without them")
+        raise OdsError(f"errors: fault, range_scale: {sonar.name} sends range images, which are simulated without them")
     if campaign.range_m is None:
         return sonar
     samples = round((campaign.range_m - sonar.range0_m) / sonar.dr_m) + 1

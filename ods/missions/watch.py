@@ -28,7 +28,7 @@ from ods.sim_sonar.receiver.blindness import BLINDNESS
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.shots import START_UTC_NS
 from ods.sim_sonar.sonar.model import SonarModel
-from ods.sim_sonar.steered import Steered, VehicleState
+from ods.sim_sonar.steered import SteeredVehicle, VehicleState
 from ods.tracker.clearance.clearance import ClearanceKeeper
 
 SECTORS = 72
@@ -131,7 +131,9 @@ class InImages:
 class ByLaws:
     """Detections drawn by laws that were fitted to images and pipeline."""
 
-    def __init__(self, world: World, vehicle: Steered, poses: Iterator[Pose], sonar: SonarModel, laws: Laws) -> None:
+    def __init__(
+        self, world: World, vehicle: SteeredVehicle, poses: Iterator[Pose], sonar: SonarModel, laws: Laws
+    ) -> None:
         rng = np.random.default_rng(np.random.SeedSequence(world.seed, spawn_key=(2,)))
         self._world, self._vehicle, self._poses = world, vehicle, poses
         self._fan = fan_of(sonar)
@@ -161,7 +163,7 @@ class OnBoard:
     def __init__(
         self,
         world: World,
-        vehicle: Steered,
+        vehicle: SteeredVehicle,
         sonar: SonarModel,
         settings: MissionSettings,
         laws: Laws | None = None,
@@ -224,7 +226,7 @@ class OnBoard:
 def watch_of(
     arm: Arm,
     world: World,
-    vehicle: Steered,
+    vehicle: SteeredVehicle,
     sonar: SonarModel,
     settings: MissionSettings,
     laws: Laws | None = None,
@@ -236,7 +238,7 @@ def watch_of(
     return TruthWatch(world, sonar.range_max_m, blind=arm != "truth")
 
 
-def head_of(vehicle: Steered, t_s: float) -> Placed:
+def head_of(vehicle: SteeredVehicle, t_s: float) -> Placed:
     """Return where the sonar's head is at a time."""
     north, east, _ = vehicle.position(np.array(t_s)).tolist()
     w, _, _, z = vehicle.attitude(np.array(t_s)).tolist()

@@ -20,7 +20,7 @@ SIGMA_ATTITUDE_RAD = (0.002, 0.002, 0.005)
 """No file reports how good its poses are: these are those of the bench's simulated INS."""
 
 
-class Way(NamedTuple):
+class PoseTrack(NamedTuple):
     """Where the vehicle went."""
 
     poses: list[Pose]
@@ -29,7 +29,7 @@ class Way(NamedTuple):
     """Frame of the positions; none: the file does not give the position of its origin."""
 
 
-def way_of(path: Path, recording: PingSequence, site: LocalFrame | None = None) -> Way:
+def pose_track_of(path: Path, recording: PingSequence, site: LocalFrame | None = None) -> PoseTrack:
     """Return the poses of a recording.
 
     site: the frame of positions; none: those of .s7k are relative to the first pose. Raises OdsError.
@@ -37,7 +37,7 @@ def way_of(path: Path, recording: PingSequence, site: LocalFrame | None = None) 
     if recording.position_ned is not None and recording.attitude is not None and recording.timed:
         times = [ping.utc_ns for ping in recording.pings]
         attitudes: list[Quaternion] = [(w, x, y, z) for w, x, y, z in recording.attitude.tolist()]
-        return Way(poses_along(times, recording.position_ned, attitudes), site)
+        return PoseTrack(poses_along(times, recording.position_ned, attitudes), site)
     try:
         poses = read_poses(path)
     except OSError as error:
@@ -51,7 +51,7 @@ def way_of(path: Path, recording: PingSequence, site: LocalFrame | None = None) 
         product(frame.turn(*place), from_euler(pose.roll_rad, pose.pitch_rad, pose.heading_rad))
         for place, (_, pose) in zip(zip(latitude.tolist(), longitude.tolist(), strict=True), poses, strict=True)
     ]
-    return Way(poses_along([t_ns for t_ns, _ in poses], frame.ned(latitude, longitude, height), attitudes), frame)
+    return PoseTrack(poses_along([t_ns for t_ns, _ in poses], frame.ned(latitude, longitude, height), attitudes), frame)
 
 
 def poses_along(

@@ -7,8 +7,8 @@ from typing import TypeVar
 import msgspec
 
 from ods.base.errors import one_line
-from ods.base.files.by_place import ByPlace, UnreadableItemError, place_after
 from ods.base.files.in_file import opened
+from ods.base.files.lazy_sequence import LazySequence, UnreadableItemError, place_after
 from ods.messages import Ping, Pose, Truth
 from ods.recording.errors import RecordingError
 from ods.recording.mcap.framing import MAGIC
@@ -34,7 +34,7 @@ def is_recording(path: Path) -> bool:
         return False  # which reading it will say better
 
 
-class RecordedMessages(ByPlace[MessageT]):
+class RecordedMessages(LazySequence[MessageT]):
     """The messages of one kind in a recording, each read when it is asked for. Counts bad ones in `losses`, once."""
 
     def __init__(

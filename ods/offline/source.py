@@ -10,7 +10,7 @@ from ods.base.clock import NS
 from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.messages import Ping, Pose, Truth
-from ods.offline.poses import poses_along, way_of
+from ods.offline.poses import pose_track_of, poses_along
 from ods.offline.recorded import Indexed, is_recording
 from ods.offline.truths import truths_beside
 from ods.recording.mcap.reader import open_recording
@@ -53,8 +53,8 @@ def recorded_source(path: Path, fan: FanGeometry | None = None, site: LocalFrame
         return _segments_source(path, site)
     recording = open_pings(path, fan)
     if not recording.timed:
-        raise OdsError(f"{path}: its pings have no times, and images without times cannot be tracked")
-    poses, frame = way_of(path, recording, site)
+        raise OdsError(f"{path}: its pings have no times, so they cannot be tracked")
+    poses, frame = pose_track_of(path, recording, site)
     return Source(recording.pings, poses, truths_beside(path), recording.losses, frame)
 
 

@@ -12,7 +12,7 @@ from ods.pipeline.stage.params import StageError
 from ods.pipeline.warm_up import warm_up
 from ods.runtime import bus
 from ods.runtime.backlog import Backlog
-from ods.runtime.service import Service, StartError, Worker, tell_alive
+from ods.runtime.service import Service, StartError, Worker, notify_watchdog
 
 FAILURE_SAID_NS = clock.NS
 """A stage that fails now and then is said all the time."""
@@ -41,7 +41,7 @@ class PipelineWorker(Worker[PipelineConfig]):
     def start(self) -> None:
         """Build the chain and try it."""
         try:
-            self._processor = PingProcessor(self.settings, self.service.counters, tell_alive)
+            self._processor = PingProcessor(self.settings, self.service.counters, notify_watchdog)
             warm_up(self.settings.pipeline)
         except (PluginError, StageError) as error:
             raise StartError(str(error)) from error
@@ -58,7 +58,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         pings, skipped = self._backlog.take()
         for _ in range(skipped):
             why = self.service.overload() or self._backlog.slowness()
-            self.service.complain_once("skipped_pings", f"{why}: not all are processed")
+            self.service.log_once("skipped_pings", f"{why}: not all are processed")
         for ping in pings:
             self._process(ping)
 
@@ -68,11 +68,11 @@ class PipelineWorker(Worker[PipelineConfig]):
             result = self._processor.process(message)
         except PingError as error:
             self._dropped = f"dropped ping {message.ping_number}: {error}"
-            self.service.complain_once("bad_ping", self._dropped)
+            self.service.log_once("bad_ping", self._dropped)
             return
         except StageError as error:
             self._failure, self._failed_ns = str(error), began
-            self.service.complain_once("failed_stage", f"ping {message.ping_number}: {error}")
+            self.service.log_once("failed_stage", f"ping {message.ping_number}: {error}")
             return
         self.service.publish("detections", result)
         self._dropped, self._worked_ns = "", began

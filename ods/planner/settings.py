@@ -29,23 +29,23 @@ class SteeringSettings(Settings, frozen=True):
     keep_m: NonNegative = 3.0
     """From the vehicle's circle to an obstacle's edge."""
     risk: Annotated[float, msgspec.Meta(gt=0.0, lt=0.5)] = 0.01
-    """Highest probability of coming nearer."""
+    """Highest accepted probability of coming nearer."""
     certain_s: NonNegativeSeconds = 3.0
     """Time ahead within which a risk counts fully."""
     expected_s: Seconds = 10.0
-    """From `certain_s` to here sigmas count less and less, later not at all."""
+    """From `certain_s` to this time sigmas are reduced to 0."""
     horizon_s: Annotated[float, msgspec.Meta(gt=1.0, le=300.0)] = 30.0
-    """For which paths are judged."""
+    """Time ahead for which paths are checked."""
     headings: Annotated[int, msgspec.Meta(ge=8, le=360)] = 60
-    """Tried all around."""
+    """Candidates, evenly spaced."""
     look_m: Positive = 20.0
-    """With less water ahead known to be empty it goes slowly."""
+    """It goes slowly if less water ahead is known to be empty."""
     reached_m: Positive = 10.0
-    """Of a way-point; not less than the turning circle."""
+    """A way-point counts as reached within this distance, or within the turning circle."""
     stale_s: Seconds = 1.0
     """An older list counts as not valid."""
     not_valid: Literal["slow", "climb", "turn"] = "climb"
-    """While the list is not valid: slow, clear of what was last listed; after `not_valid_after_s` also climb to
+    """While the list is not valid: slow, clear of the last listed obstacles; after `not_valid_after_s` also climb to
     `climb_to_m`, or turn back."""
     not_valid_after_s: NonNegativeSeconds = 3.0
     climb_to_m: Down = 5.0
@@ -83,7 +83,7 @@ class PlannerSettings(Settings, frozen=True):
     """North, east, down, m, in this order."""
     steering: SteeringSettings = SteeringSettings()
     can: PlannerCanSettings | None = None
-    """None: set points go over the bus of the processes only."""
+    """None: set points are only published as messages."""
 
     def __post_init__(self) -> None:
         if self.steering.cruise_m_s > MOST_M_S:

@@ -31,7 +31,7 @@ def save_figure(figure: Figure, path: Path) -> None:
         raise OdsError(f"{path}: {reason_of(error)}") from error
 
 
-def dress(axes: Axes, title: str, x: str, y: str) -> None:
+def style_axes(axes: Axes, title: str, x: str, y: str) -> None:
     """Give axes their texts and a grid, and a legend if anything is labelled."""
     axes.set_title(title)
     axes.set_xlabel(x)

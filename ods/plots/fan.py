@@ -152,8 +152,8 @@ def draw_fan(
 
     limits_db: ends of the colour scale; without them those of `limits_of`.
     """
-    picture = draw_bare_fan(axes, image, limits_db or limits_of(image, pixels), pixels)
-    dress_bar(axes.figure.colorbar(picture, ax=axes, shrink=0.75, pad=0.02), label)
+    picture = draw_fan_image(axes, image, limits_db or limits_of(image, pixels), pixels)
+    style_colour_bar(axes.figure.colorbar(picture, ax=axes, shrink=0.75, pad=0.02), label)
 
 
 def limits_of(image: PolarImage, pixels: int = PIXELS) -> tuple[float, float]:
@@ -163,7 +163,7 @@ def limits_of(image: PolarImage, pixels: int = PIXELS) -> tuple[float, float]:
     return float(np.quantile(shown, 0.05)), float(np.quantile(shown, 0.999))
 
 
-def draw_bare_fan(axes: Axes, image: PolarImage, limits_db: tuple[float, float], pixels: int = PIXELS) -> AxesImage:
+def draw_fan_image(axes: Axes, image: PolarImage, limits_db: tuple[float, float], pixels: int = PIXELS) -> AxesImage:
     """Draw an image as the fan it is, with range rings; return what a colour scale is made of."""
     raster = rasterize(image, pixels)
     low, high = limits_db
@@ -181,7 +181,7 @@ def draw_bare_fan(axes: Axes, image: PolarImage, limits_db: tuple[float, float],
     return picture
 
 
-def dress_bar(bar: Colorbar, label: str) -> None:
+def style_colour_bar(bar: Colorbar, label: str) -> None:
     """Give a colour scale its label, and no frame."""
     bar.set_label(label)
     bar.outline.set_visible(False)

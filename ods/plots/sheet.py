@@ -7,7 +7,7 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from ods.messages import Detections, Ping
-from ods.plots.fan import aspect_of, draw_bare_fan, draw_detections, dress_bar, limits_of, polar_image
+from ods.plots.fan import aspect_of, draw_detections, draw_fan_image, limits_of, polar_image, style_colour_bar
 
 PIXELS = 500
 """Of the longer side of a fan on a sheet."""
@@ -38,12 +38,12 @@ def sheet_figure(items: Sequence[SheetItem]) -> Figure:
     limits = [limits_of(image, PIXELS) for image in images]
     shared = min(low for low, _ in limits), max(high for _, high in limits)
     for panel, item, image in zip(axes.flat, items, images, strict=False):
-        picture = draw_bare_fan(panel, image, shared, PIXELS)
+        picture = draw_fan_image(panel, image, shared, PIXELS)
         draw_detections(panel, item.found.detections)
         panel.set_title(item.title, fontsize=10)
         panel.tick_params(labelsize=8)
         panel.label_outer()
     for panel in axes.flat[len(items) :]:
         panel.set_axis_off()
-    dress_bar(figure.colorbar(picture, ax=axes.ravel().tolist(), shrink=0.6, pad=0.01), "level, dB")
+    style_colour_bar(figure.colorbar(picture, ax=axes.ravel().tolist(), shrink=0.6, pad=0.01), "level, dB")
     return figure

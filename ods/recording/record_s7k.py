@@ -47,7 +47,7 @@ def record_s7k(path: Path, run_dir: Path, origin_deg: tuple[float, float], secon
             finally:
                 kept = _summary(writer, recorder.counters)
     except FileExistsError:
-        raise RecordingError(f"{path}: exists already, and is not overwritten") from None
+        raise RecordingError(f"{path}: already exists, and is not overwritten") from None
     except OSError as error:
         raise RecordingError(f"{path}: {error.strerror}" + (f"; kept: {kept}" if kept else "")) from error
     if not any(recorder.counters[what] for what in WRITTEN):

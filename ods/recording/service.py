@@ -6,7 +6,7 @@ import signal
 from ods.base import clock
 from ods.recording.errors import RecordingError
 from ods.recording.inbox import Inbox, Received
-from ods.recording.scribe import RecordingWriter
+from ods.recording.recording_writer import RecordingWriter
 from ods.recording.settings import RecordConfig
 from ods.runtime.service import Service, Worker
 
@@ -56,7 +56,7 @@ class RecordWorker(Worker[RecordConfig]):
         said = self.scribe.problem
         since_ns = self.scribe.busy_since_ns
         if not said and since_ns and clock.monotonic_ns() - since_ns > STALLED_NS:
-            said = f"the disk does not answer for {(clock.monotonic_ns() - since_ns) / clock.NS:.0f} s: not recorded"
+            said = f"the disk has not responded for {(clock.monotonic_ns() - since_ns) / clock.NS:.0f} s: not recorded"
         if said and counters["dropped_messages"]:
             said += f"; {counters['dropped_messages']} messages lost"
         return [said] if said else []

@@ -17,13 +17,13 @@ class RecordSettings(Settings, frozen=True):
     folder: Path | None = None
     """Each mission gets a folder inside."""
     segment_min: Annotated[float, msgspec.Meta(ge=0.1, le=60.0)] = 10.0
-    """Of a file; its index is kept in memory."""
+    """Duration of a file, whose index is kept in memory."""
     when_full: Literal["wait", "delete_oldest", "stop"] = "wait"
     """`wait`, `stop`, or `delete_oldest`: the oldest complete file in `folder`."""
     keep_free_mb: NonNegative = 100.0
-    """With less the disk counts as full: the map needs some."""
+    """With less free space the disk counts as full, to leave room for the map."""
     queue_mb: Annotated[float, msgspec.Meta(ge=1.0, le=1000.0)] = 32.0
-    """Memory for messages that wait for the disk; older ones are dropped and counted."""
+    """Memory for messages waiting for the disk; beyond it the oldest are dropped and counted."""
 
     def __post_init__(self) -> None:
         if self.on and self.folder is None:

@@ -13,10 +13,10 @@ PROCESS_COUNTERS = {
 """Pages of counters: by process, and the rest by `_counter_page`."""
 COUNTERS_HEAD = """# Counters
 
-Generated from `ods/runtime/counters.py` by `make docs`.
+For operators. Generated from `ods/runtime/counters.py` by `make docs`.
 
-A counter under *trouble* rises when data is lost or a device misbehaves. Each process sends its counters in its
-[health report](../messages/requests.md#health); `ods watch` shows those that are not 0, and `ods doctor --listen` those
+A counter under *trouble* increases when data is lost or a device misbehaves. Each process sends its counters in its
+[health report](../messages/requests.md#health); `ods watch` shows those that are not 0, `ods doctor --listen` those
 of `sonar` and `nav`. The recorder and `ods detect` print theirs at the end.
 
 """

@@ -21,10 +21,10 @@ MESSAGES = {
 """Pages of messages, in their order: by module of `ods.messages`, small ones together."""
 HEAD = """# Messages
 
-Generated from `ods/messages/` by `make docs`.
+For planner developers. Generated from `ods/messages/` by `make docs`.
 
-Each process publishes on one ZeroMQ PUB socket, `ipc://<run_dir>/<process>.sock`, two parts a message: the topic's
-name, and a msgpack map of fields ([JSON Schema](messages.schema.json)).
+Each process publishes on one ZeroMQ PUB socket, `ipc://<run_dir>/<process>.sock`, each message in two parts: the
+topic's name, and a msgpack map of fields ([JSON Schema](messages.schema.json)).
 
 The folder has mode 0750 and the sockets 0660: readers must be of the group of the processes' user (`ods` where the
 units run; log in again after joining). Other computers get the same [over tcp](../hardware/network.md).
@@ -32,7 +32,7 @@ units run; log in again after joining). Other computers get the same [over tcp](
 """
 
 PACED = f"""
-With a sonar that pings seldom, `ping` and `detections` are stale after {PERIODS:g} periods, {LONGEST_S:g} s at most.
+With a slow sonar, `ping` and `detections` are stale after {PERIODS:g} periods, {LONGEST_S:g} s at most.
 A planner without `ods.client` must set a receive time-out: silence means that the last list is not valid.
 """
 
@@ -51,12 +51,12 @@ SHARED = {
     "attitude": ("float[4]", "Quaternion w, x, y, z, body to global."),
     "sound_speed": ("", "m/s."),
     "sigma_...": ("", "Standard deviation of the field of this name; of a vector, in its axes."),
-    "reason": ("text", "Why not, in plain words; empty when `ok`."),
+    "reason": ("text", "Why the request failed; empty when `ok`."),
 }
 """Types and meanings of fields that several messages have."""
 
 FIELDS = """A field is a float unless its type follows: `float[3]` are three, `text[]` a list, `?` may be none; the
-schema has the limits. Where the pages say no more:
+schema has the limits. Fields without a description mean:
 
 """
 COLUMNS = ("field", "meaning")

@@ -26,14 +26,15 @@ TABLES = {
 """Page of each table and of those inside it; all others: "vehicle"."""
 CONFIG_HEAD = """# Configuration
 
-Generated from the settings types by `make docs`.
+For installers. Generated from the settings types by `make docs`.
 
-Files are TOML. An unknown key, a wrong type or a value out of range stops with one line that names file and key, and
-exit code 2. Relative paths start at the file's folder; `~` is the user's home.
+Files are TOML. An unknown key, a wrong type or a value out of range ends a command with one line that names file and
+key,
+and exit code 2. Relative paths start at the file's folder; `~` is the user's home.
 
-A key's ending is its unit: `_m`, `_s`, `_deg`. The value is the default, or a type where there is none; `required`
-keys, numbers unless a type follows, must be there. `1..60` are limits, `(1..60)` is the usual range, as the workbench's
-sliders: other values are accepted, and `ods doctor` notes them.
+A key's ending is its unit: `_m`, `_s`, `_deg`. The second column is the default, or a type if there is none; `required`
+keys, numbers unless a type follows, must be set. `1..60` are limits, `(1..60)` is the usual range, as in the workbench:
+other values are accepted, and `ods doctor` notes them.
 
 """
 

@@ -12,9 +12,9 @@ from ods.config import OnboardConfig
 from ods.messages import Detections
 from ods.recording.facts import facts
 from ods.recording.mcap.reader import Recording
-from ods.replay.again import ListPair, PipelineAgain, TrackerAgain
 from ods.replay.compare import ENOUGH, NEAR_M, NEAR_RAD, Compared, Verdict, compare_detections, compare_lists
 from ods.replay.machine import differences
+from ods.replay.rerun import ListPair, PipelineRerun, TrackerRerun
 from ods.replay.setup import recorded_config
 
 GOOD = {Verdict.SAME, Verdict.ROUNDED, Verdict.SAME_BUT_HEALTH}
@@ -71,7 +71,7 @@ def check(recording: Recording, config: OnboardConfig | None = None) -> Result:
     chosen = recorded_config(recording) if config is None else config
     counters: Counter[str] = Counter()
     result = Result(Tally("pings with detections"), Tally("obstacle lists"), counters, other_here(recording))
-    pipeline, tracker = PipelineAgain(recording, chosen, counters), TrackerAgain(recording, chosen, counters)
+    pipeline, tracker = PipelineRerun(recording, chosen, counters), TrackerRerun(recording, chosen, counters)
 
     def checked() -> Iterator[tuple[int, Detections]]:
         for pair in pipeline.run():

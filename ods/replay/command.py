@@ -20,9 +20,15 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Recording, and how."""
     parser.add_argument("recording", type=Path, metavar="RECORDING", help="file or folder that `ods record` wrote")
     how = parser.add_mutually_exclusive_group(required=True)
-    how.add_argument("--live", action="store_true", help="onto the bus, in its own time, as if its processes ran now")
     how.add_argument(
-        "--check", action="store_true", help="pipeline and tracker again: is what comes what was recorded?"
+        "--live",
+        action="store_true",
+        help="publish its messages at the recorded pace, as if its processes were running",
+    )
+    how.add_argument(
+        "--check",
+        action="store_true",
+        help="run pipeline and tracker again and compare the output with the recorded one",
     )
     live = parser.add_argument_group("live")
     live.add_argument(
@@ -30,10 +36,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     live.add_argument("--from", type=SECONDS, default=0.0, dest="begin", metavar="S", help="of the recording")
     live.add_argument("--to", type=SECONDS, default=math.inf, dest="end", metavar="S", help="of the recording")
-    live.add_argument("--loop", action="store_true", help="again and again, until Ctrl-C")
+    live.add_argument("--loop", action="store_true", help="repeat until Ctrl-C")
     live.add_argument("--topics", nargs="+", choices=tuple(bus.TOPICS), default=tuple(bus.TOPICS), metavar="TOPIC",
                       help=f"only these of {', '.join(bus.TOPICS)}; processes of the others may run")  # fmt: skip
-    live.add_argument("--run-dir", type=Path, help=f"where processes meet, default: {default_run_dir()}")
+    live.add_argument("--run-dir", type=Path, help=f"run folder of the processes, default: {default_run_dir()}")
 
 
 def run(args: Namespace) -> int:
@@ -52,9 +58,9 @@ def run(args: Namespace) -> int:
 
 def _check(args: Namespace, recording: Recording) -> int:
     if args.config:
-        from ods.replay.what_if import compare_runs, tell_differences
+        from ods.replay.run_comparison import compare_runs, print_differences
 
-        tell_differences(*compare_runs(recording, load(args.config, OnboardConfig)))
+        print_differences(*compare_runs(recording, load(args.config, OnboardConfig)))
         return 0
     from ods.replay.check import check, report
 

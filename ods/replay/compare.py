@@ -7,7 +7,7 @@ from typing import NamedTuple
 import msgspec
 
 from ods.messages import Detection, Detections, ObstacleList
-from ods.replay.again import DetectionsPair, ListPair
+from ods.replay.rerun import DetectionsPair, ListPair
 from ods.runtime.processes import PROCESSES
 
 NEAR_M = 0.05
@@ -27,11 +27,11 @@ class Verdict(Enum):
     """How a message compares with the recorded one."""
 
     SAME = "identical"
-    ROUNDED = "identical but for last digits"
-    SAME_BUT_HEALTH = "identical but for reasons that rest on other processes' health"
+    ROUNDED = "identical except for the last digits"
+    SAME_BUT_HEALTH = "identical except for reasons from other processes' health"
     NEAR = "within tolerances"
     OTHER = "different"
-    NONE = "not to be had"
+    NONE = "not available"
 
 
 class Compared(NamedTuple):
@@ -128,4 +128,4 @@ def _first_difference(original: msgspec.Struct, again: msgspec.Struct) -> str:
                 if x != y and isinstance(x, msgspec.Struct):
                     return f"{name}[{place}].{_first_difference(x, y)}"
         return f"{name}: {str(a)[:60]} recorded, {str(b)[:60]} now"
-    return "the bytes, as of a message of another version"
+    return "the bytes, perhaps of another version's message"

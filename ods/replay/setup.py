@@ -20,7 +20,7 @@ CONFIG, MAP = "config.toml", "map.sqlite"
 """Attachments of a recording."""
 
 
-class Life(NamedTuple):
+class TrackerLife(NamedTuple):
     """One tracker process."""
 
     lists: int
@@ -32,7 +32,7 @@ def recorded_config(recording: Recording) -> OnboardConfig:
     """Return the configuration that was recorded with. Raises OdsError."""
     text = recording.attachments.get(CONFIG)
     if text is None:
-        raise OdsError("the recording has no configuration: --config names one")
+        raise OdsError("the recording has no configuration: give one with --config")
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / CONFIG
         file.write_bytes(text)
@@ -54,14 +54,14 @@ def recorded_map(recording: Recording) -> list[MapObject]:
             store.close()
 
 
-def tracker_lives(recording: Recording, known: Sequence[MapObject]) -> list[Life]:
+def tracker_lives(recording: Recording, known: Sequence[MapObject]) -> list[TrackerLife]:
     """Return the tracker processes of a recording, one after the other: their lists each count from 0."""
-    lives: list[Life] = []
+    lives: list[TrackerLife] = []
     old, last_seq = {o.id for o in known}, -1
     first_id, lists = 0, 0
     for _, recorded_list in messages_of(recording, "obstacles", ObstacleList):
         if recorded_list.seq <= last_seq:
-            lives.append(Life(lists, first_id or 1))
+            lives.append(TrackerLife(lists, first_id or 1))
             first_id, lists = 0, 0
         new = {o.id for o in recorded_list.obstacles} - old
         if new and not first_id:
@@ -69,7 +69,7 @@ def tracker_lives(recording: Recording, known: Sequence[MapObject]) -> list[Life
         old |= new
         last_seq = recorded_list.seq
         lists += 1
-    return [*lives, Life(lists, first_id or 1)]
+    return [*lives, TrackerLife(lists, first_id or 1)]
 
 
 def pipeline_starts(recording: Recording) -> list[int]:

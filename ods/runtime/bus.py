@@ -129,7 +129,7 @@ class BusSettings(Settings, frozen=True):
     """Sockets and locks; under 80 characters. Left out: /run/ods for root and where it exists, else
     $XDG_RUNTIME_DIR/ods, else ~/.local/state/ods/run."""
     keys: Path | None = None
-    """Other computers' keys (`ods keys`), owned by the processes' user."""
+    """Folder of other computers' keys (`ods keys`), owned by the processes' user."""
     listen: tuple[ListenSettings, ...] = ()
     """For other computers, encrypted."""
 
@@ -153,7 +153,7 @@ def endpoint(run_dir: Path, process: str) -> str:
     return f"ipc://{run_dir / process}.sock"
 
 
-def hindrance(run_dir: Path, process: str) -> str:
+def unreachable_reason(run_dir: Path, process: str) -> str:
     """Return, after a colon, why `process` cannot be received; "" when it is only silent."""
     file = run_dir / f"{process}.sock"
     try:
@@ -164,8 +164,8 @@ def hindrance(run_dir: Path, process: str) -> str:
     except OSError:
         return f": {run_dir} has no socket of the {process}: does it run, and with this run_dir?"
     if not usable:
-        return f": no right to open {file}: {_who_may(asked)}"
-    return "" if _has_listener(file) else f": no {process} runs with run_dir {run_dir}: it has ended, or was killed"
+        return f": no permission to open {file}: {_who_may(asked)}"
+    return "" if _has_listener(file) else f": no {process} runs with run_dir {run_dir}: it has ended or was killed"
 
 
 def _has_listener(file: Path) -> bool:

@@ -28,7 +28,7 @@ def _refuse_no_address(at: str) -> None:
         url = urlsplit(at)
         address, port = ipaddress.ip_address(url.hostname or ""), url.port
     except ValueError:
-        raise ValueError(f"at: {at}: needs an IP address and a port, {EXAMPLE}: no name is looked up") from None
+        raise ValueError(f"at: {at}: needs an IP address and a port, {EXAMPLE}; names are not resolved") from None
     if url.scheme != "tcp" or not port or url.path or url.query:
         raise ValueError(f"at: {at}: expected an address and a port, {EXAMPLE}")
     if address.is_multicast or str(address) == "255.255.255.255":

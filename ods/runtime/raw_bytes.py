@@ -6,7 +6,7 @@ import msgspec
 
 
 class RawBytes(msgspec.Struct, frozen=True):
-    """Bytes of one read of the sonar's line; published only with `sonar.publish_raw`."""
+    """Bytes of one read from the sonar's port; published only with `sonar.publish_raw`."""
 
     seq: Annotated[int, msgspec.Meta(ge=0)]
     t_ns: int

@@ -48,7 +48,7 @@ def prepare(run_dir: Path) -> None:
         complaint = _complaint(run_dir)
         if complaint is None and run_dir.stat().st_mode & stat.S_IWGRP:
             run_dir.chmod(FOLDER_MODE)
-            log.warning("%s: removed the group's right to write to this folder", run_dir)
+            log.warning("%s: removed the group's write permission for this folder", run_dir)
     except OSError as error:
         raise RunDirError(f"bus.run_dir: cannot use {run_dir}: {error.strerror}") from error
     if complaint is not None:
@@ -83,9 +83,9 @@ def _complaint(run_dir: Path, owner: int | None = None) -> str | None:
     owner = os.geteuid() if owner is None else owner
     state = run_dir.lstat()
     if stat.S_ISLNK(state.st_mode):
-        return f"{run_dir} is a symbolic link: name the folder itself"
+        return f"{run_dir} is a symbolic link: use the folder itself"
     if not stat.S_ISDIR(state.st_mode):
-        return f"{run_dir} is no folder"
+        return f"{run_dir} is not a folder"
     if state.st_uid != owner:
         return (
             f"{run_dir} belongs to {_user(state.st_uid)}, and this runs as {_user(os.geteuid())}: name another folder"
@@ -96,7 +96,7 @@ def _complaint(run_dir: Path, owner: int | None = None) -> str | None:
         state = place.stat()
         open_to_all = state.st_mode & stat.S_IWOTH and not state.st_mode & stat.S_ISVTX
         if state.st_uid not in (0, os.geteuid()) or open_to_all:
-            return f"another user could replace {run_dir}, as {place} is not safe from others: name another folder"
+            return f"another user could replace {run_dir}, because others can write to {place}: use another folder"
     return None
 
 

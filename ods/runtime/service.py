@@ -23,14 +23,14 @@ import zmq
 from ods.base import clock
 from ods.base.computer.memory import TOO_LITTLE, is_too_little
 from ods.base.computer.overload import OverloadMonitor
-from ods.base.errors import OdsError, why_no_kernels
+from ods.base.errors import OdsError, missing_kernels_reason
 from ods.base.settings import Settings
 from ods.messages import Health
 from ods.runtime import bus, counters, ending
 from ods.runtime.ending import Stop
 from ods.runtime.processes import SUPERVISOR, Process
 from ods.runtime.run_dir import default_run_dir
-from ods.runtime.state_files import last_words
+from ods.runtime.state_files import exit_reason
 
 log = logging.getLogger(__name__)
 
@@ -94,7 +94,7 @@ class Service:
         if gone:
             log.warning("lock or sockets in the run folder had been removed; created them again")
 
-    def complain_once(self, key: str, text: str) -> None:
+    def log_once(self, key: str, text: str) -> None:
         """Count `key` every time, log `text` the first time."""
         self.counters[key] += 1
         if key not in self._complained:
@@ -227,7 +227,7 @@ def notify(text: str) -> bool:
     return False
 
 
-def tell_alive() -> None:
+def notify_watchdog() -> None:
     """Notify the supervisor or systemd, from within a long round of the work loop, that work continues."""
     notify("WATCHDOG=1")
 
@@ -240,19 +240,19 @@ class Home:
 
 
 @contextlib.contextmanager
-def words_at_the_end(process: str) -> Iterator[Home]:
+def report_exit_reason(process: str) -> Iterator[Home]:
     """Report to the supervisor or systemd, and to the tracker, the error that ends the process, if any."""
     home, words = Home(), ""
     try:
         yield home
     except Exception as error:
         text = str(error) if isinstance(error, OdsError) else f"{type(error).__name__}: {error}"
-        text = TOO_LITTLE if is_too_little(error) else why_no_kernels(error) or text
-        words = " ".join(text.split())[: last_words.LONGEST_WORDS]
+        text = TOO_LITTLE if is_too_little(error) else missing_kernels_reason(error) or text
+        words = " ".join(text.split())[: exit_reason.LONGEST_WORDS]
         notify("STOPPING=1\nSTATUS=" + words)
         raise
     finally:
-        last_words.leave(home.run_dir, process, words)
+        exit_reason.write(home.run_dir, process, words)
 
 
 def run_worker(worker_type: type[Worker[Any]], process: Process, run_dir: Path, settings: Any) -> None:

@@ -36,7 +36,7 @@ log = logging.getLogger(__name__)
 POLL_S = 0.05
 GONE_S = 0.5
 """A killed process is gone sooner, unless the kernel waits in it for a disk or a device: that may take for ever."""
-HELD = "killed, but still waiting for a disk or a device that does not answer"
+HELD = "killed, but still waiting for a disk or device that does not respond"
 AT_WORK = 0.05
 """Share of the time: a process that runs or waits for a processor for longer while it starts is at work."""
 MOST_WATCHDOGS = 10
@@ -44,17 +44,17 @@ MOST_WATCHDOGS = 10
 
 
 class SuperviseSettings(Settings, frozen=True):
-    """Restarts of processes that ended or hang."""
+    """Restarting processes that ended or hang."""
 
     first_delay_s: NonNegative = 0.1
     """Before the first restart; doubled each time up to `longest_delay_s`."""
     longest_delay_s: NonNegative = 5.0
     settled_s: Positive = 60.0
-    """After running this long the delay is `first_delay_s` again."""
+    """After this running time the delay is reset to `first_delay_s`."""
     start_s: Positive = 30.0
-    """Longest time to the first sign of life; doubled for a process that uses or waits for a processor."""
+    """Longest time to the first watchdog message; doubled for a process that uses or waits for a processor."""
     watchdog_s: Positive = 3.0
-    """Longest time without a sign of life; ten times as long while it waits for a processor."""
+    """Longest time without a watchdog message; ten times as long while the process waits for a processor."""
     stop_s: Positive = 1.5
     """From SIGTERM to SIGKILL."""
 
@@ -68,7 +68,7 @@ class Child:
         self.down = ""
         """Why its work loop does not run, once it has ended; '' while it does."""
         self.busy = ""
-        """Why it gives no sign of life, when it is not for a fault of its own."""
+        """Why it sends no watchdog message although it has no fault of its own."""
         self._command = list(command)
         self._settings = settings
         self._backoff = Backoff(settings.first_delay_s, settings.longest_delay_s)
@@ -78,13 +78,13 @@ class Child:
         self._start_at = self._started_at = 0.0
         self._alive_until = 0.0
         self._sign_at = 0.0
-        """When it gave its last sign of life, or was started,"""
+        """When it sent its last watchdog message, or was started,"""
         self._looked_at = 0.0
         """and when its processor time was looked at last,"""
         self._spent = ProcessorTime(0, 0)
         """which was this."""
         self._has_lived = False
-        """It has given a sign of life since it was started."""
+        """It has sent a watchdog message since it was started."""
         self._address = run_dir / f"{process.name}.notify"
         self._bind()
 
@@ -144,7 +144,7 @@ class Child:
             self._ended(popen.wait(GONE_S), now_s)
         except subprocess.TimeoutExpired:
             self.ready, self.busy, self.down = False, "", HELD if _waits_for_device(popen.pid) else f"killed; {STARVED}"
-            log.error("%s %s: restarting it when it has ended", self.name, self.down)
+            log.error("%s %s: restarting it once it has ended", self.name, self.down)
 
     def _start(self, now_s: float) -> None:
         environment = os.environ | {"NOTIFY_SOCKET": str(self._address), SUPERVISOR_PID: str(os.getpid())}
@@ -181,7 +181,7 @@ class Child:
                 self._last_words = text.partition("STATUS=")[2]
 
     def _lives(self, now_s: float) -> None:
-        """Take note of a sign of life."""
+        """Record a watchdog message."""
         self._sign_at = self._looked_at = now_s
         self._alive_until = now_s + self._settings.watchdog_s
         self._spent = processor_time(self.pid)

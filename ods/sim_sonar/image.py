@@ -92,7 +92,7 @@ class ImageSimulator:
         """
         old, new = self.scene.file, scene.file
         if (new.image, new.seed) != (old.image, old.seed):
-            raise ValueError("image: other levels or another seed")
+            raise ValueError("image: with other levels or another seed")
         other = copy.copy(self)
         other.scene, other._newest = scene, None
         return other
@@ -154,4 +154,4 @@ def _that_amplitudes_hold() -> Iterator[None]:
             yield
     except ArithmeticError as error:
         names = "gain, noise_counts, a level_counts or a level in dB"
-        raise ValueError(f"image: {names} is higher than an amplitude can be (1e19 counts)") from error
+        raise ValueError(f"image: {names} is higher than the largest amplitude (1e19 counts)") from error

@@ -18,10 +18,10 @@ class FaultSettings(Settings, frozen=True):
     """A fault on the simulated side."""
 
     kind: Literal["serial_unplugged", "sonar_silent", "sonar_garbage", "ins_silent", "ins_steps", "loud"] | Blindness
-    """serial_unplugged: the sonar's line disappears; sonar_silent, ins_silent: the device sends nothing;
-    sonar_garbage: it sends other bytes; ins_steps: the INS's position is off by 47 m. Image samples: zeros: all are
-    0; dead_beams: the port half's; cut_beams: the far half's; head_blocked: 20 dB weaker; saturated: at full scale;
-    loud: with noise 20 dB over the median."""
+    """serial_unplugged: the sonar's line disappears; sonar_silent, ins_silent: the device sends nothing; sonar_garbage:
+    it sends random bytes; ins_steps: the INS's position is off by 47 m. Image samples: zeros: all are 0; dead_beams:
+    the port half is 0; cut_beams: the far half is 0; head_blocked: 20 dB weaker; saturated: at full scale; loud: with
+    noise 20 dB over the median."""
     at_s: NonNegative
     """Mission time."""
     for_s: Positive
@@ -40,11 +40,11 @@ class VehicleSettings(Settings, frozen=True):
     climb_m_s: Positive = 0.5
     """Up and down."""
     radius_m: Annotated[float, msgspec.Meta(ge=0.0, le=20.0)] = 0.5
-    """Of its circle, which must not touch anything."""
+    """Of the circle that must not touch anything."""
 
 
-class ObeyingVehicle(Settings, frozen=True):
-    """Obeys set points over CAN, from where the scene puts it."""
+class SteeredVehicleSettings(Settings, frozen=True):
+    """A vehicle that follows set points on CAN, starting as in the scene."""
 
     eds: Path
     """Of its CANopen node (RPDO 1)."""
@@ -66,7 +66,7 @@ class SimSettings(Settings, frozen=True):
     ins_dbc: Path | None = None
     """Of "dbc", with the messages of config/sbg.dbc."""
     can: Literal["auto", "vcan0", "slcan"] = "auto"
-    """auto: vcan0 where the kernel has it, else slcan."""
+    """auto: vcan0 if the kernel has it, otherwise slcan."""
     sonar_line: Literal["serial", "tcp", "oculus", "norbit", "ping360", "ping360_udp", "sonar3d15"] = "serial"
     """serial: s7k on a pseudo-terminal; tcp: the same in network frames, for one client; oculus, norbit: by TCP;
     ping360, ping360_udp: a Ping360 on a pseudo-terminal, or behind a bridge; sonar3d15: by multicast. Networks at
@@ -84,8 +84,8 @@ class SimSettings(Settings, frozen=True):
     sonar_latency_ms: NonNegative = 2.0
     """From the last echo to the first byte; the bench sets it on board, too."""
     pose_rate_hz: Positive = 100.0
-    vehicle: ObeyingVehicle | None = None
-    """None: the vehicle moves as the scene says."""
+    vehicle: SteeredVehicleSettings | None = None
+    """None: the vehicle moves as in the scene."""
     sonar_clock_offset_s: float = 0.25
     """Clock minus UTC."""
     ins_clock_offset_s: float = -0.125

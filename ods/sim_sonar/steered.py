@@ -55,7 +55,7 @@ def at_start(heading_rad: float, speed_m_s: float, place: Vector3 = (0.0, 0.0, 0
     return VehicleState(0.0, *place, heading_rad, speed_m_s, 0.0, 0.0, flat)
 
 
-class Steered:
+class SteeredVehicle:
     """Goes as its set points say, and remembers its way: a `Moving` for times around its newest ones.
 
     The current moves it, too: (north, east), m/s. One thread may step it while others ask where it is.

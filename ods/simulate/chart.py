@@ -5,7 +5,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from ods.plots.chart import dress, save_figure
+from ods.plots.chart import save_figure, style_axes
 from ods.plots.style import ACCENT, BAD, MARK, QUIET, STRONG, drawn_in
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.simulate.speed import Curve, curve_of
@@ -45,7 +45,7 @@ def curve_figure(curves: list[Curve], title: str) -> Figure:
         "this or less", (0.99, EXACT), xycoords=("axes fraction", "data"), ha="right", va="center", fontsize=9
     )
     axes.set(xscale="log", yscale="log")
-    dress(axes, title, "CPU time of a whole image, ms", "rms error over rms of the reference")
+    style_axes(axes, title, "CPU time of a whole image, ms", "rms error over rms of the reference")
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda ms, _: f"{ms:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())

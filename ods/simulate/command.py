@@ -12,14 +12,14 @@ from ods.plots.style import add_style
 
 def add_arguments(parser: ArgumentParser) -> None:
     """A scene to a file, or figures of the simulator itself."""
-    parser.add_argument("scene", type=Path, metavar="SCENE.toml", nargs="?", help="what is where: config/scenes")
+    parser.add_argument("scene", type=Path, metavar="SCENE.toml", nargs="?", help="the scene, as in config/scenes")
     parser.add_argument("--sonar", default="seabat6012", metavar="NAME", help="file in config/sonars, or a path")
     parser.add_argument("--out", type=Path, metavar="FILE", help=".npz pings, .s7k, or .png fan images")
-    parser.add_argument("--pings", type=positive_int, metavar="N", help="default: the whole scene; one for .png")
+    parser.add_argument("--pings", type=positive_int, metavar="N", help="default: the whole scene; for .png one")
     parser.add_argument("--seed", type=int, metavar="N", help="instead of the scene's own")
-    parser.add_argument("--chart", type=Path, metavar="OUT.png", help="draw error against time, all model levels")
+    parser.add_argument("--chart", type=Path, metavar="OUT.png", help="draw error against time at all resolutions")
     add_style(parser)
-    parser.add_argument("--table", action="store_true", help="print the time that each part of an image takes")
+    parser.add_argument("--table", action="store_true", help="print the time for each part of an image")
 
 
 def run(args: Namespace) -> None:

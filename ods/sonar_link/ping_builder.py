@@ -98,7 +98,7 @@ def _planes(bearing: Floats, elevation: Floats) -> int:
         raise ValueError(f"beam table: {bearing.size} beams do not make {planes} planes")
     rows = elevation.reshape(planes, -1)
     if not np.all(rows == rows[:, :1]) or not np.all(np.diff(bearing.reshape(planes, -1), axis=1) > 0.0):
-        raise ValueError("beam table: bearings do not rise strictly within a plane")
+        raise ValueError("beam table: bearings do not increase strictly within a plane")
     return planes
 
 

@@ -25,7 +25,7 @@ from collections import Counter
 
 from ods.messages import Ping
 from ods.runtime.port.datagram_port import DatagramSource
-from ods.sonar_link.orders import Orders
+from ods.sonar_link.setting_requests import SettingRequests
 
 
 class SonarProtocol(ABC):
@@ -36,8 +36,8 @@ class SonarProtocol(ABC):
     whatever comes.
     """
 
-    def __init__(self, orders: Orders, counters: "Counter[str]") -> None:
-        self.orders = orders
+    def __init__(self, setting_requests: SettingRequests, counters: "Counter[str]") -> None:
+        self.setting_requests = setting_requests
         """What this sonar is to be set to: from the configuration, and from planners as far as it can be asked."""
         self.counters = counters
         """Those of the whole process. `pings`: pings returned; each kind of loss has a name of its own."""
@@ -120,7 +120,7 @@ class SonarProtocol(ABC):
 
     def problems(self, now_ns: int) -> list[str]:
         """Return the sonar's problems, a text each. Silence is reported elsewhere."""
-        return self.orders.problems()
+        return self.setting_requests.problems()
 
     @abstractmethod
     def traffic(self, seconds: float) -> str:

@@ -36,7 +36,7 @@ class ProtocolRow(NamedTuple):
     """Who speaks it, in a few words."""
     page: str
     """In docs/sonars/; "": the plug-in's author knows."""
-    knobs: frozenset[str] = frozenset()
+    settable: frozenset[str] = frozenset()
     """Those of `range_m`, `power_db` and `gain_db` in `SonarSettings` that are sent to the sonar."""
 
     @property
@@ -76,18 +76,18 @@ PROTOCOLS: dict[str, ProtocolRow] = {
 Register = Callable[["type[SonarProtocol]"], "type[SonarProtocol]"]
 
 
-def sonar_protocol(name: str, *, transports: Set[Transport], sonars: str, knobs: Set[str] = frozenset()) -> Register:
+def sonar_protocol(name: str, *, transports: Set[Transport], sonars: str, settable: Set[str] = frozenset()) -> Register:
     """Register the decorated class; the arguments are those of `ProtocolRow`. Raises PluginError: the name is taken."""
 
     def register(factory: "type[SonarProtocol]") -> "type[SonarProtocol]":
-        row = ProtocolRow(factory, frozenset(transports), sonars, "", frozenset(knobs))
+        row = ProtocolRow(factory, frozenset(transports), sonars, "", frozenset(settable))
         add(PROTOCOLS, "sonar protocol", name, row)
         return factory
 
     return register
 
 
-def objection(settings: "SonarSettings") -> str:
+def unsupported_reason(settings: "SonarSettings") -> str:
     """Return the first setting that its protocol cannot do, as "port: ..."; "" when it can do all."""
     row = PROTOCOLS.get(settings.protocol)
     if row is None:
@@ -95,9 +95,9 @@ def objection(settings: "SonarSettings") -> str:
     if transport_of(settings.port) not in row.transports:
         spoken = ", ".join(sorted(row.transports))
         forms = " or ".join(PORT_FORMS[name] for name in sorted(row.transports))
-        return f"port: {settings.port}: {settings.protocol} is spoken over {spoken} only: write {forms}"
+        return f"port: {settings.port}: {settings.protocol} works over {spoken} only: write {forms}"
     for name in ("range_m", "power_db", "gain_db"):
-        if getattr(settings, name) is not None and name not in row.knobs:
+        if getattr(settings, name) is not None and name not in row.settable:
             where = f", see docs/sonars/{row.page}" if row.page else ""
             return f"{name}: {settings.protocol} has its own settings{where}"
     return ""
@@ -106,7 +106,7 @@ def objection(settings: "SonarSettings") -> str:
 def make_protocol(settings: "SonarSettings", counters: "Counter[str]") -> "SonarProtocol":
     """Return the protocol that the settings choose. Raises PluginError."""
     PLUGINS.load(settings.plugins)
-    if wrong := objection(settings):
+    if wrong := unsupported_reason(settings):
         raise PluginError(f"sonar.{wrong}")
     protocol: SonarProtocol = PROTOCOLS[settings.protocol].made_by(settings, counters)
     return protocol

@@ -38,7 +38,7 @@ class SonarWorker(Worker[SonarConfig]):
         self._counters = service.counters
         self._protocol = make_protocol(sonar, self._counters)
         self._link = SonarLink(sonar, self._protocol, self._counters)
-        self._planners = PlannerRequests(self._protocol.orders, sonar.control_patience_s, service.answer)
+        self._planners = PlannerRequests(self._protocol.setting_requests, sonar.control_patience_s, service.answer)
         self._watched: int | None = None
         self._reads = 0
         self._newest_ns = clock.monotonic_ns()

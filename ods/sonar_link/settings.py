@@ -12,13 +12,13 @@ from ods.runtime.port.address import transport_of
 from ods.sonar_link.norbit.settings import NorbitSettings
 from ods.sonar_link.oculus.settings import OculusSettings
 from ods.sonar_link.ping360.settings import Ping360Settings
-from ods.sonar_link.registry import PLUGINS, PROTOCOLS, objection
+from ods.sonar_link.registry import PLUGINS, PROTOCOLS, unsupported_reason
 from ods.sonar_link.s7k.settings import S7kSettings
 from ods.sonar_link.sonar3d15.settings import Sonar3d15Settings
 
 
 class SonarSettings(Settings, frozen=True):
-    """The line to the sonar."""
+    """The connection to the sonar."""
 
     port: str
     """Serial device; "tcp://192.168.0.5:7000", the sonar itself (s7k: network frames); "socket://192.168.0.5:4001", a
@@ -30,15 +30,16 @@ class SonarSettings(Settings, frozen=True):
     baud: Annotated[int, msgspec.Meta(ge=300, le=100_000_000)] = 12_000_000
     """bit/s."""
     publish_raw: bool = False
-    """Publish the line's bytes for the recorder."""
+    """Publish the received bytes for the recorder."""
     latency_ms: Annotated[float, msgspec.Meta(ge=-200.0, le=60_000.0), slider(-50.0, 1000.0, unit="ms")] = 0.0
     """From the last echo's arrival to its record's first byte. Below 0 only to compensate for a later INS."""
     max_record_bytes: Annotated[int, msgspec.Meta(ge=1024, le=64 * 1024 * 1024)] = 4 * 1024 * 1024
-    """A header with a larger size is noise."""
+    """A header with a larger size is treated as noise."""
     record_timeout_s: Seconds = 1.0
-    """Slower records are dropped, so longer than any takes; a false header delays pings by as much at most."""
+    """Slower records are dropped: set it longer than any record takes; a false header delays pings by up to this
+    time."""
     reopen_min_s: Seconds = 0.1
-    """Before a lost port is reopened; doubles with every failure."""
+    """Pause before a lost port is reopened; doubled with every failure."""
     reopen_max_s: Seconds = 1.0
     """Longest such pause."""
     silence_s: NonNegativeSeconds = 5.0
@@ -50,7 +51,7 @@ class SonarSettings(Settings, frozen=True):
     gain_db: SonarLevel | None = None
     """Likewise."""
     control_repeat_s: Seconds = 1.0
-    """A setting without effect is sent again after this time."""
+    """A setting that has no effect is sent again after this time."""
     control_attempts: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
     """Attempts before a setting counts as not accepted."""
     mounting: MountingSettings = MountingSettings()
@@ -67,10 +68,10 @@ class SonarSettings(Settings, frozen=True):
 
     def __post_init__(self) -> None:
         if not self.port:
-            raise ValueError("port: must name a device")
+            raise ValueError("port: must be a device or an address")
         if self.protocol not in PROTOCOLS and PLUGINS.may_add(self.plugins):
             transport_of(self.port)  # the rest is checked when they are loaded
-        elif wrong := objection(self):
+        elif wrong := unsupported_reason(self):
             raise ValueError(wrong)
         if self.reopen_max_s < self.reopen_min_s:
             raise ValueError(f"reopen_max_s: {self.reopen_max_s:g} is less than reopen_min_s {self.reopen_min_s:g}")

@@ -61,7 +61,7 @@ def _track_scenario(args: Namespace) -> None:
     if asked:
         raise OdsError(f"--{asked[0]}: {args.file} is a scenario of detections, for which only --out is written")
     if args.out is None:
-        raise OdsError("--out: say where the tracks of the scenario go")
+        raise OdsError("--out: name the file for the scenario's tracks")
     refuse_unwritable(args.out, read=(args.file, args.config))
     settings = load_table(args.config, "tracker", TrackerSettings, OnboardConfig) if args.config else TrackerSettings()
     mounting = Mounting(mounting_in(args.config)) if args.config else AT_ORIGIN

@@ -12,7 +12,7 @@ from ods.messages import Detections, ObstacleList, VetoAnswer, VetoOrder
 from ods.pose.utc import VehicleUtc
 from ods.runtime.backlog import Backlog
 from ods.runtime.service import Service, Worker
-from ods.runtime.state_files import last_words
+from ods.runtime.state_files import exit_reason
 from ods.tracker.clearance.clearance import ClearanceKeeper
 from ods.tracker.map.keeper import WAIT_S, MapKeeper
 from ods.tracker.mission import MissionTracker
@@ -41,8 +41,8 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         makes_it = TrackerConfig(
             site=settings.site, pose=settings.pose, tracker=settings.tracker, mounting=settings.mounting
         )
-        self._checkpoints = Checkpoints(service.run_dir, makes_it, service.complain_once)
-        self._map = MapKeeper(settings.tracker.map, origin_deg, service.run_dir, service.complain_once)
+        self._checkpoints = Checkpoints(service.run_dir, makes_it, service.log_once)
+        self._map = MapKeeper(settings.tracker.map, origin_deg, service.run_dir, service.log_once)
         self._least_id = 1
         self._listed: set[int] = set()
         """Ids of the last list."""
@@ -81,7 +81,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         try:
             self._mission.restore(mission, left.known, first_id)
         except ValueError as error:
-            self.service.complain_once("checkpoint_unusable", f"starting without a checkpoint: {error}")
+            self.service.log_once("checkpoint_unusable", f"starting without a checkpoint: {error}")
             self._mission = self._new_mission(first_id)
             return
         unwritten = set(mission.unwritten)
@@ -91,14 +91,14 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
 
     def _new_mission(self, first_id: int) -> MissionTracker:
         service, now_ns = self.service, clock.monotonic_ns()
-        why_ended = partial(last_words.left, service.run_dir)
+        why_ended = partial(exit_reason.read, service.run_dir)
         return MissionTracker(
             self.settings,
             InputMonitor(now_ns, service.process.watches, why_ended, service.overload),
             VehicleUtc(now_ns, clock.utc_offset_ns(), "clock" if clock.synchronized() else "unsure"),
             first_id=first_id,
             counters=service.counters,
-            complain=service.complain_once,
+            complain=service.log_once,
         )
 
     def _leave(self, now_ns: int) -> None:
@@ -110,7 +110,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
             mission = self._mission.state(pending.puts(), pending.removes())
             self._checkpoints.write(now_ns, reserved_id(tracker.next_id), mission)
         except OSError as error:
-            self.service.complain_once("checkpoint_failed", f"objects would not outlive a kill: {reason_of(error)}")
+            self.service.log_once("checkpoint_failed", f"objects would not outlive a kill: {reason_of(error)}")
 
     def handle(self, topic: str, message: Any) -> None:
         """Take one message; detections wait for the end of the round, when all poses are in."""
@@ -194,7 +194,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         scans, skipped = self._backlog.take()
         for _ in range(skipped):
             why = self.service.overload() or self._backlog.slowness()
-            self.service.complain_once("skipped_pings", f"{why}: not all are tracked")
+            self.service.log_once("skipped_pings", f"{why}: not all are tracked")
         for scan in scans:
             began = clock.monotonic_ns()
             self._track(scan)

@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import cast
 
 from ods.base.command_line.arguments import port_number
-from ods.base.computer.resident import share_one_pool
+from ods.base.computer.resident import use_one_arena
 
 NO_STORAGE = Path(os.devnull) / "none"
 """Where NiceGUI would keep what pages store: nowhere."""
@@ -24,13 +24,13 @@ def add_arguments(parser: ArgumentParser) -> None:
     """What is opened first, and where it is served."""
     parser.add_argument(
         "source", type=Path, nargs="?", metavar="FILE|DIR|SCENE.toml",
-        help="whatever ods detect or ods track read; a folder of segments; a scene",
+        help="any input of ods detect or ods track; a folder of segments; a scene",
     )  # fmt: skip
-    parser.add_argument("--live", type=Path, metavar="RUN_DIR", help="look at a vehicle's bus, read only")
+    parser.add_argument("--live", type=Path, metavar="RUN_DIR", help="show a vehicle's bus, read only")
     parser.add_argument("--port", type=port_number, metavar="N", help="on 127.0.0.1 (default: 8420, or any)")
     parser.add_argument(
         "--folder", type=Path, action="append", default=[], metavar="DIR",
-        help="files may be opened and saved there, too; else only here and beside what is opened",
+        help="also allow opening and saving files there; otherwise only here and beside opened files",
     )  # fmt: skip
     parser.add_argument("--no-browser", action="store_true", help="only print the link")
 
@@ -38,7 +38,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Serve until interrupted. Raises OdsError."""
     os.environ["NICEGUI_STORAGE_PATH"] = str(NO_STORAGE)  # read when NiceGUI is imported
-    share_one_pool()
+    use_one_arena()
     sys.setswitchinterval(HANDOVER_S)
     from ods.workbench.engine.files.config_file import load_config
     from ods.workbench.session import Session

@@ -98,7 +98,7 @@ def test_command_prints_a_table_and_draws_the_chart(tmp_path: Path, capsys: pyte
 
 def test_without_real_frames_it_says_what_it_leaves_out(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["assess", "detect", "--quick"]) == 0
-    assert "real frames are left out" in capsys.readouterr().out
+    assert "real frames are omitted" in capsys.readouterr().out
 
 
 def test_a_chart_that_cannot_be_written_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from ods.assess.sea.assessment import names_of, shipped_scenes
-from ods.assess.sea.bodies import SceneBodies
 from ods.assess.sea.judge import SceneScore, judge
 from ods.assess.sea.run import Listed, images_of, scene_with_seed
+from ods.assess.sea.scene_objects import SceneObjects
 from ods.assess.sea.table import condensed, scene_table
 from ods.cli import main
 from ods.messages import Truth, TruthObject
@@ -53,7 +53,7 @@ def lists_of(
 
 
 def test_the_condensed_table_has_a_column_a_seed_and_names_what_is_missed() -> None:
-    bodies = SceneBodies(scene(sphere("ball", 50.0, 0.0)), 1.0)
+    bodies = SceneObjects(scene(sphere("ball", 50.0, 0.0)), 1.0)
     near, away = (7, lifecycle.ACTIVE, 50.0, 0.5, 1.0), (8, lifecycle.ACTIVE, 80.0, 0.0, 1.0)
     lists = lists_of([[], [], [near], [near, away], [near, away]], [20.0] * 5)
     late, good = judge("bed", lists, bodies), judge("bed", lists_of([[near]] * 5, [20.0] * 5), bodies, seed=1)
@@ -68,7 +68,7 @@ def test_groups_of_what_has_to_be_tracked() -> None:
     wall = Plane(name="wall", position_ned=(90.0, 0.0, 22.0), normal_ned=(1.0, 0.0, 0.0), width_m=40.0, height_m=6.0)
     stalk = Cylinder(name="kelp 1/2", position_ned=(40.0, 0.0, 24.0), radius_m=0.1, length_m=4.0)
     low = sphere("kelp 1/1", 40.0, 1.0, 24.9, 0.2)
-    found = SceneBodies(
+    found = SceneObjects(
         scene(wall, stalk, low, sphere("ball", 50.0, 0.0), sphere("stone", 60.0, 0.0, 24.6, 0.5),
               sphere("surface/1", 30.0, 0.0, 1.0)), 1.0
     )  # fmt: skip
@@ -78,7 +78,7 @@ def test_groups_of_what_has_to_be_tracked() -> None:
 
 def test_distances_are_those_from_edges_seen_from_above() -> None:
     wall = Plane(name="wall", position_ned=(90.0, 0.0, 22.0), normal_ned=(1.0, 0.0, 0.0), width_m=40.0, height_m=6.0)
-    found = SceneBodies(scene(wall, sphere("ball", 50.0, 3.0)), 1.0)
+    found = SceneObjects(scene(wall, sphere("ball", 50.0, 3.0)), 1.0)
     places = np.array([[87.0, -15.0], [94.0, 23.0], [50.0, 3.5], [53.0, 7.0]])
     np.testing.assert_allclose(
         found.distances(0.0, places), [[3.0, math.hypot(37.0, 18.0) - 1.0], [5.0, math.hypot(44.0, 20.0) - 1.0],
@@ -100,7 +100,7 @@ def test_an_object_counts_from_a_second_after_it_is_loud_and_only_while_it_is() 
     silent = (1, lifecycle.STAND_BY, 50.5, 0.5, 1.0)
     rows: list[Row] = [[], [], [on], [off], [silent], [], [on]]
     lists = lists_of(rows, [3.0, 12.0, 12.0, 12.0, 12.0, 4.0, 11.0])
-    (target,) = judge("s", lists, SceneBodies(scene(sphere("ball", 50.0, 0.0)), 1.0)).targets
+    (target,) = judge("s", lists, SceneObjects(scene(sphere("ball", 50.0, 0.0)), 1.0)).targets
     assert (target.expected, target.tracked) == (4, 3)
     assert (target.confirmed_s, target.confirmed_m) == (1.0, 50.0)
 
@@ -110,7 +110,7 @@ def test_false_obstacles_are_active_and_mostly_near_nothing() -> None:
     large, slept = (3, lifecycle.ACTIVE, 55.0, 0.0, 4.5), (4, lifecycle.HIBERNATED, 20.0, 5.0, 1.0)
     passing = [(5, lifecycle.ACTIVE, north, 0.0, 1.0) for north in (51.0, 51.5, 60.0)]
     rows: list[Row] = [[ball, clutter, large, slept, passing[0]], [ball, clutter, passing[1]], [ball, passing[2]]]
-    score = judge("s", lists_of(rows, [20.0] * 3), SceneBodies(scene(sphere("ball", 50.0, 0.0)), 1.0))
+    score = judge("s", lists_of(rows, [20.0] * 3), SceneObjects(scene(sphere("ball", 50.0, 0.0)), 1.0))
     assert score.false_ids == 1
     assert score.false_a_minute == pytest.approx(30.0)
     assert score.false_at_a_time == pytest.approx(2.0 / 3.0)
@@ -121,7 +121,7 @@ def test_false_obstacles_are_active_and_mostly_near_nothing() -> None:
 def test_a_list_that_is_not_valid_tells_nothing_false() -> None:
     clutter = (2, lifecycle.ACTIVE, 70.0, 5.0, 1.0)
     rows: list[Row] = [[clutter], [clutter], []]
-    bodies = SceneBodies(scene(sphere("ball", 50.0, 0.0)), 1.0)
+    bodies = SceneObjects(scene(sphere("ball", 50.0, 0.0)), 1.0)
     assert [judge("s", lists_of(rows, [20.0] * 3, unsettled=k), bodies).false_ids for k in (0, 1, 2)] == [1, 1, 0]
 
 
@@ -135,7 +135,7 @@ def test_the_altitude_is_that_of_the_bed_below() -> None:
 def test_what_is_never_found_has_no_range_and_a_group_is_found_by_any_of_it() -> None:
     items = [sphere("school/1", 50.0, 0.0), sphere("school/2", 55.0, 0.0), sphere("ball", 50.0, 20.0)]
     rows: list[Row] = [[(1, lifecycle.ACTIVE, 55.0, 1.0, 1.0)]] * 3
-    score: SceneScore = judge("s", lists_of(rows, [15.0] * 3, ("school/1", "ball")), SceneBodies(scene(*items), 1.0))
+    score: SceneScore = judge("s", lists_of(rows, [15.0] * 3, ("school/1", "ball")), SceneObjects(scene(*items), 1.0))
     ball, school = score.targets
     assert (ball.name, ball.share, school.name, school.share) == ("ball", 0.0, "school", 1.0)
     assert math.isnan(ball.confirmed_m)
@@ -164,7 +164,7 @@ def test_the_family_of_sea_beds() -> None:
         assert loaded.sea_bed is not None
         altitudes.append(loaded.sea_bed.height_over(loaded.pose_at(0.0).position_ned))
         speeds.append(float(np.linalg.norm(loaded.vehicle_at(0.0).velocity_body)))
-        assert SceneBodies(loaded, 1.0).targets
+        assert SceneObjects(loaded, 1.0).targets
         assert loaded.file.duration_s == 35.0
     rough = {file.stem: load_scene(file).file.sea_bed for file in files}
     asked = {"gentle": (0.05, 3.0), "slope": (0.15, 3.0), "rocky": (0.25, 2.0), "ripples": (0.12, 0.8)}

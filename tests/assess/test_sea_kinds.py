@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from ods.assess.sea.bodies import SceneBodies
 from ods.assess.sea.kind_judge import TrackedList, judged
 from ods.assess.sea.kind_run import reported_poses
 from ods.assess.sea.kind_table import kind_table
 from ods.assess.sea.kinds import KINDS, Kind, PoseNoise, kinds_named
 from ods.assess.sea.run import scene_with_seed
+from ods.assess.sea.scene_objects import SceneObjects
 from ods.base.files.shipped import shipped_file
 from ods.base.frames.geometry import euler_from_quat
 from ods.cli import main
@@ -40,9 +40,9 @@ def obstacle(number: int, north: float, east: float = 0.0, multipath_of: int = -
                     0, 0, 9, 1.0, covariance_ne=0.0, multipath_of=multipath_of)  # fmt: skip
 
 
-def bodies() -> SceneBodies:
+def bodies() -> SceneObjects:
     ball = Sphere(name="ball", position_ned=BALL.position_ned, radius_m=1.0)
-    return SceneBodies(
+    return SceneObjects(
         Scene(SceneFile(seed=1, vehicle=VehiclePath(position_ned=(0.0, 0.0, 20.0)), objects=[ball])), 1.0
     )
 
@@ -51,7 +51,7 @@ def test_every_kind_has_a_scene_a_sonar_and_bodies_that_have_to_be_tracked() -> 
     assert len({kind.name for kind in KINDS}) == len(KINDS)
     for kind in KINDS:
         scene = scene_of(kind)
-        assert SceneBodies(scene, 1.0).targets
+        assert SceneObjects(scene, 1.0).targets
         assert scene.file.duration_s == 35.0
         if kind.sonar:
             assert find_sonar(kind.sonar).name

@@ -11,7 +11,7 @@ from ods.assess.track import reference, scenarios
 from ods.assess.track.case import FALSE, MERGED, Case, World, hidden, merged, observe, polar, save_case
 from ods.assess.track.figures import paper_figures
 from ods.assess.track.measure import nees_band
-from ods.assess.track.record import ID, SCAN, STATUS, Record, follow_ours
+from ods.assess.track.record import ID, SCAN, STATUS, Record, run_tracker
 from ods.assess.track.scores import score
 from ods.tracker import scenario
 from ods.tracker.existence import lifecycle
@@ -83,7 +83,7 @@ def level(resting: int, moving: int, seed: int) -> Case:
 def test_the_reference_is_consistent_where_its_model_is_true() -> None:
     for resting, moving in ((10, 0), (0, 8)):
         cases = [level(resting, moving, seed) for seed in range(5)]
-        scores = [score(case, reference.follow_reference(case)) for case in cases]
+        scores = [score(case, reference.run_reference(case)) for case in cases]
         nees = np.concatenate([one.nees for one in scores])
         low, high = nees_band(len(nees))
         assert low < nees.mean() < high
@@ -102,7 +102,7 @@ def test_the_reference_knows_how_objects_move_and_how_large_errors_are() -> None
         some.truth[:, :, :2] = some.truth[0, :, :2] + np.cumsum(some.truth[:, :, 3:5] / scenarios.RATE_HZ, axis=0)
         some.noise[200:300] = 3.0
         case = observe("wandering", some, rng)
-        nees.append(score(case, reference.follow_reference(case)).nees)
+        nees.append(score(case, reference.run_reference(case)).nees)
     assert np.concatenate(nees).mean() == pytest.approx(2.0, abs=0.5)
 
 
@@ -206,6 +206,6 @@ def test_the_worked_example_goes_as_in_the_paper(tmp_path: Path) -> None:
 def test_among_false_alarms_objects_are_confirmed_as_soon_as_the_page_says() -> None:
     """A tenfold share of clutter in calm water took 0.74 s instead of 0.39, and no other test noticed."""
     case = scenarios.make("50 false alarms", 0)
-    ours = score(case, follow_ours(case.scenario, TrackerSettings()))
+    ours = score(case, run_tracker(case.scenario, TrackerSettings()))
     assert ours.latency_s < 0.5
-    assert ours.in_view < 1.2 * score(case, reference.follow_reference(case)).in_view
+    assert ours.in_view < 1.2 * score(case, reference.run_reference(case)).in_view

@@ -3,10 +3,10 @@
 import pytest
 from hypothesis import given, strategies as st
 
-from ods.base.files.by_place import ByPlace, UnreadableItemError, place_after
+from ods.base.files.lazy_sequence import LazySequence, UnreadableItemError, place_after
 
 
-class Numbers(ByPlace[int]):
+class Numbers(LazySequence[int]):
     """None: an item that cannot be read."""
 
     def __init__(self, numbers: list[int | None]) -> None:

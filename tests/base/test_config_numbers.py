@@ -101,7 +101,7 @@ def first(table: Any) -> Any:
 
 def make_worker(config: OnboardConfig, key: Key) -> None:
     counters: Counter[str] = Counter()
-    service = cast(Service, SimpleNamespace(counters=counters, answer=None, complain_once=None))
+    service = cast(Service, SimpleNamespace(counters=counters, answer=None, log_once=None))
     if key[0] == "sonar":
         worker = SonarWorker(service, part_of(config, SonarConfig))
         worker.start()

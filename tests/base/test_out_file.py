@@ -24,8 +24,8 @@ def test_what_cannot_be_written_is_one_line(tmp_path: Path, monkeypatch: pytest.
     assert why_refused(tmp_path / ("x" * 300)) == "file name too long"
     refuse_unwritable(file, tmp_path / "new", None, Path(os.devnull))
     monkeypatch.setattr(os, "access", lambda path, mode: False)
-    assert why_refused(tmp_path / "new") == f"no right to write {tmp_path}, or its disk is read-only"
-    assert why_refused(file) == f"no right to write {file}, or its disk is read-only"
+    assert why_refused(tmp_path / "new") == f"no permission to write {tmp_path}, or its disk is read-only"
+    assert why_refused(file) == f"no permission to write {file}, or its disk is read-only"
 
 
 @pytest.mark.parametrize(
@@ -59,9 +59,9 @@ def test_no_result_goes_over_what_is_read_or_over_another_result(tmp_path: Path)
     recording.write_text("x")
     link.symlink_to(recording)
     for out in (recording, link, tmp_path / "." / ".." / tmp_path.name / "pings.npz"):
-        with pytest.raises(OdsError, match="is read here, and is not overwritten"):
+        with pytest.raises(OdsError, match="is an input, and is not overwritten"):
             refuse_unwritable(out, read=(None, recording))
-    with pytest.raises(OdsError, match="two results cannot go into one file"):
+    with pytest.raises(OdsError, match="two results cannot be written to one file"):
         refuse_unwritable(picture, None, picture)
     refuse_unwritable(picture, Path(os.devnull), Path(os.devnull), read=(recording, Path(os.devnull)))
 
@@ -74,7 +74,7 @@ def test_a_recording_is_not_overwritten(
     recording = tmp_path / "pings.npz"
     recording.write_bytes(b"precious")
     assert cli.main([command, str(recording), option, str(recording)]) == 2
-    assert capsys.readouterr().err == f"ods {command}: {recording}: is read here, and is not overwritten\n"
+    assert capsys.readouterr().err == f"ods {command}: {recording}: is an input, and is not overwritten\n"
     assert recording.read_bytes() == b"precious"
 
 

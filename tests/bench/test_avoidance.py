@@ -11,14 +11,14 @@ from ods.base.clock import NS
 from ods.base.settings_file import ConfigError, load
 from ods.bench.settings import AvoidLimits, BenchConfig
 from ods.bench.way.avoidance import Avoidance, Mission, judge, missed
-from ods.bench.way.best_way import best_way, length_m
+from ods.bench.way.best_path import best_path, length_m
 from ods.messages import VehicleSetPoint, VehicleTruth
 from ods.planner.settings import SteeringSettings
 from ods.sim_sonar.scene.settings import Cylinder, SceneFile, Sphere, VehiclePath
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sea_bed.settings import SeaBed
 from ods.sim_sonar.settings import VehicleSettings
-from ods.sim_sonar.steered import Steered, at_start
+from ods.sim_sonar.steered import SteeredVehicle, at_start
 
 CONFIG = Path(__file__).parents[2] / "config"
 LIMITS = AvoidLimits(clearance_m=1.0, over_bottom_m=5.0, path_ratio=1.15)
@@ -33,7 +33,7 @@ def mission(*objects: Cylinder | Sphere) -> Mission:
         sea_bed=SeaBed(depth_m=27.0),
     )
     can = VehicleSettings(radius_m=0.5)
-    scene = Scene(file, vehicle=Steered(can, at_start(0.0, 0.0)))
+    scene = Scene(file, vehicle=SteeredVehicle(can, at_start(0.0, 0.0)))
     return Mission(scene, [(100.0, 0.0, 20.0)], SteeringSettings(reached_m=10.0), can, (0.0, 0.0), 1.0)
 
 
@@ -141,7 +141,7 @@ def test_what_belongs_together_is_asked_for_in_one_line(tmp_path: Path, was: str
 def test_its_way_is_measured_by_that_of_an_all_knowing_planner() -> None:
     """Which goes round a pile in its way, 1 m clear of it with a circle of 0.5 m."""
     blocked = mission(msgspec.structs.replace(PILE, position_ned=(50.0, 0.0, 20.0), radius_m=6.4))
-    best = best_way(blocked, straight(0.0)[0])
+    best = best_path(blocked, straight(0.0)[0])
     assert best is not None
     assert math.hypot(best[-1, 0] - 100.0, best[-1, 1]) <= 10.0
     assert 7.9 < min(math.hypot(north - 50.0, east) for north, east in best.tolist()) < 8.6

@@ -144,7 +144,7 @@ def test_only_pings_left_out_for_lack_of_time_are_the_machines(process: str, cou
     for name, counters in (("pipeline", {}), ("tracker", {}), (process, {counter: 1})):
         record.health[name].append(Health(name, 1, 0, last_ns, 0, True, [], counters, {}, {}, {}, 0.0, 0.0))
     summary = summarize(record, LIMITS, 1.0, BUSY)
-    left_out = "1 left out by pipeline or tracker, as newer ones waited"
+    left_out = "1 skipped by pipeline or tracker because newer ones waited"
     if lost == 1:
         assert (summary.broken, summary.not_judged) == ([], [f"pings_lost is 1, the limit is 0 ({left_out})"])
     else:

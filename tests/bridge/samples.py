@@ -5,7 +5,7 @@ from typing import Any
 
 from ods.base import clock
 from ods.base.clock import NS
-from ods.bridge.moment import Moment
+from ods.bridge.extrapolated_list import ExtrapolatedList
 from ods.messages import Clearance, ClosestApproach, Obstacle, ObstacleList, Ping, PoseAt, Site
 
 SITE = Site(latitude_deg=57.0, longitude_deg=10.0)
@@ -43,9 +43,9 @@ def obstacle_list(*obstacles: Obstacle, t_ns: int = T_NS, **more: Any) -> Obstac
     return ObstacleList(**(values | more))
 
 
-def moment(*obstacles: Obstacle, **more: Any) -> Moment:
+def moment(*obstacles: Obstacle, **more: Any) -> ExtrapolatedList:
     """Return a list that is sent one second after its ping: the vehicle is at 21 m east by then."""
-    return Moment(obstacle_list(*obstacles, **more), POSE, T_NS + NS)
+    return ExtrapolatedList(obstacle_list(*obstacles, **more), POSE, T_NS + NS)
 
 
 def image(now_ns: int) -> Ping:

@@ -9,7 +9,7 @@ import pytest
 
 from ods.base.frames.quaternion import from_euler
 from ods.bridge.encoder import Encoded
-from ods.bridge.moment import Moment
+from ods.bridge.extrapolated_list import ExtrapolatedList
 from ods.bridge.settings import MavlinkSettings
 from ods.messages import Clearance, Obstacle
 from tests.bridge.samples import ENDED, ROCK, clearance, moment, obstacle
@@ -36,7 +36,7 @@ def reported(encoded: Encoded) -> list[Any]:
     return messages
 
 
-def encoded(at: Moment, known: Clearance, **more: Any) -> Encoded:
+def encoded(at: ExtrapolatedList, known: Clearance, **more: Any) -> Encoded:
     encoder = mavlink.MavlinkEncoder(settings(**more))
     encoder.take(known)
     sent: Encoded = encoder.encode(at)
@@ -94,7 +94,7 @@ def test_nothing_is_sent_as_free_that_is_not_known_to_be(sectors: int) -> None:
         yaw = dice.uniform(-math.pi, math.pi)
         at = moment()
         pose = msgspec.structs.replace(at.pose, attitude=from_euler(0.0, 0.0, yaw), velocity_ned=(0.0, 0.0, 0.0))
-        at = Moment(at.obstacle_list, pose, at.obstacle_list.t_ns)
+        at = ExtrapolatedList(at.obstacle_list, pose, at.obstacle_list.t_ns)
         known = clearance(at.obstacle_list, clear_from_m=[0.0] * sectors, clear_to_m=to_m, nearest_m=near, pose=pose)
         (message,) = reported(encoded(at, known))
         for step in range(3600):
@@ -131,7 +131,7 @@ def test_points_are_forward_starboard_down() -> None:
 def test_points_are_in_the_frame_of_a_vehicle_that_pitches() -> None:
     at = moment(ROCK)
     pose = msgspec.structs.replace(at.pose, attitude=from_euler(0.0, math.radians(30.0), math.radians(90.0)))
-    at = Moment(at.obstacle_list, pose, at.now_ns)
+    at = ExtrapolatedList(at.obstacle_list, pose, at.now_ns)
     (ahead,) = reported(encoded(at, clearance(at.obstacle_list), form="3d"))
     # the bow points up: what is level lies under its axis
     assert (ahead.x, ahead.y, ahead.z) == pytest.approx((26.0 * math.sqrt(0.75), 0.0, 13.0), abs=1e-4)

@@ -18,7 +18,7 @@ from tests.bridge.test_settings import config
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ('interface = "eth0"', "peers: must name the nodes' computers on eth0, or multicast be true"),
+        ('interface = "eth0"', "peers: name the nodes' computers on eth0, or set multicast = true"),
         ('interface = "eth0"\npeers = ["robot"]', 'peers: robot: needs an IP address, such as "192.168.2.5"'),
         ('peers = ["239.255.0.1"]', "peers: 239.255.0.1: must be one computer"),
         ('peers = ["0.0.0.0"]', "peers: 0.0.0.0: must be one computer"),

@@ -66,7 +66,7 @@ def test_a_bridge_without_its_table_says_so(tmp_path: Path, capsys: pytest.Captu
     file = tmp_path / "onboard.toml"
     file.write_text(ONBOARD.read_text().replace("[bus]", f'[bus]\nrun_dir = "{tmp_path}"'))
     assert main(["bridge", "json", "--config", str(file)]) == 2
-    assert capsys.readouterr().err == "ods bridge: bridge.json: missing: `to` says where to send\n"
+    assert capsys.readouterr().err == "ods bridge: bridge.json: missing: set `to`, the receiver's address\n"
 
 
 def test_each_table_has_its_process_and_its_unit() -> None:

@@ -13,7 +13,7 @@ from ods.base.errors import OdsError
 from ods.base.frames.mounting import MountingSettings
 from ods.base.geodesy import LocalFrame
 from ods.calibrate.fit import Fit, calibrate
-from ods.calibrate.model import Rig
+from ods.calibrate.model import HeadPoses
 from ods.calibrate.pose_history import PoseHistory
 from ods.calibrate.report import lines, results_of
 from ods.calibrate.sightings import echoes_of
@@ -39,7 +39,7 @@ START_NS = 1_790_000_000 * NS
 
 
 def fit_of(sonar: Sonar, seed: int, depth_m: float | None = None) -> Fit:
-    rig = Rig(PoseHistory(*poses(around)), MountingSettings(position_m=sonar.position))
+    rig = HeadPoses(PoseHistory(*poses(around)), MountingSettings(position_m=sonar.position))
     return calibrate(echoes_of(detections(sonar, seed), 0), rig, depth_m)
 
 
@@ -48,7 +48,7 @@ def test_what_is_known_comes_out_with_standard_errors_that_hold() -> None:
     errors = []
     for seed in range(12):
         fit = fit_of(Sonar(), seed)
-        u, s = fit.unknowns, fit.sigma
+        u, s = fit.parameters, fit.sigma
         errors.append(
             [
                 (u.yaw - math.radians(2.0)) / s.yaw,
@@ -69,7 +69,7 @@ def test_a_known_lever_is_no_error_and_a_known_depth_makes_pitch_surer() -> None
     freely, with_depth = fit_of(sonar, 1), fit_of(sonar, 1, depth_m=float(OBJECT[2]))
     for fit in (freely, with_depth):
         for name, true in (("yaw", math.radians(-1.5)), ("pitch", math.radians(-15.0)), ("latency", -0.02)):
-            assert abs(getattr(fit.unknowns, name) - true) < 3.5 * getattr(fit.sigma, name)
+            assert abs(getattr(fit.parameters, name) - true) < 3.5 * getattr(fit.sigma, name)
     assert with_depth.sigma.pitch < freely.sigma.pitch
     text = "\n".join(lines(freely, MountingSettings(position_m=LEVER), 5.0))
     assert "too early" in text
@@ -77,7 +77,7 @@ def test_a_known_lever_is_no_error_and_a_known_depth_makes_pitch_surer() -> None
 
 
 def test_a_level_vehicle_at_the_object_s_depth_is_not_reported_its_pitch() -> None:
-    rig = Rig(PoseHistory(*poses(level_around)), MountingSettings())
+    rig = HeadPoses(PoseHistory(*poses(level_around)), MountingSettings())
     fit = calibrate(echoes_of(detections(Sonar(), 2, level_around), 0), rig)
     results = results_of(fit)
     assert results["yaw"].known
@@ -88,13 +88,13 @@ def test_a_level_vehicle_at_the_object_s_depth_is_not_reported_its_pitch() -> No
 
 
 def test_one_heading_is_refused() -> None:
-    rig = Rig(PoseHistory(*poses(past)), MountingSettings())
+    rig = HeadPoses(PoseHistory(*poses(past)), MountingSettings())
     with pytest.raises(OdsError, match="from headings within 0 deg only, so any yaw fits: pass it on headings"):
         calibrate(echoes_of(detections(Sonar(), 3, past), 0), rig)
 
 
 def test_too_few_sightings_are_refused() -> None:
-    rig = Rig(PoseHistory(*poses(around)), MountingSettings())
+    rig = HeadPoses(PoseHistory(*poses(around)), MountingSettings())
     with pytest.raises(OdsError, match=r"only .* pings show one object at one place"):
         calibrate(echoes_of(detections(Sonar(), 4)[:30], 0), rig)
     with pytest.raises(OdsError, match="no detection"):

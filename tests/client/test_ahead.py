@@ -9,7 +9,7 @@ from hypothesis import given, strategies as st
 
 from ods.base.clock import NS
 from ods.client import NoListError, Obstacles, at
-from ods.client.ahead import spread_along
+from ods.client.extrapolation import spread_along
 from ods.messages import Obstacle, ObstacleList, Prediction
 from ods.runtime import bus
 from ods.tracker.output.obstacle_list import ObstacleLister

@@ -53,8 +53,8 @@ def test_a_missing_right_is_said_with_what_to_do(tmp_path: Path, monkeypatch: py
     monkeypatch.setattr(os, "access", lambda path, mode: False)  # as for a user who is not of the group
     socket = tmp_path / "tracker.sock"
     way_out = f"join the group {socket.group()} (and log in again), or run as {socket.owner()}"
-    wanted = f": no right to open {socket}: {way_out}"
-    assert bus.hindrance(tmp_path, "tracker") == wanted
+    wanted = f": no permission to open {socket}: {way_out}"
+    assert bus.unreachable_reason(tmp_path, "tracker") == wanted
     client = Obstacles(tmp_path, stale_s=0.1)
     assert client.next().reasons[0].endswith(wanted)
     text = Console(width=300, file=StringIO(), record=True)
@@ -69,9 +69,9 @@ def test_a_socket_that_a_process_left_behind_is_said(tmp_path: Path) -> None:
     with socket.socket(socket.AF_UNIX) as left:
         left.bind(str(tmp_path / "tracker.sock"))
         left.listen()
-        assert bus.hindrance(tmp_path, "tracker") == ""
-    wanted = f": no tracker runs with run_dir {tmp_path}: it has ended, or was killed"
-    assert bus.hindrance(tmp_path, "tracker") == wanted
+        assert bus.unreachable_reason(tmp_path, "tracker") == ""
+    wanted = f": no tracker runs with run_dir {tmp_path}: it has ended or was killed"
+    assert bus.unreachable_reason(tmp_path, "tracker") == wanted
 
 
 def test_only_the_newest_list_is_given(tmp_path: Path) -> None:

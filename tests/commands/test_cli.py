@@ -143,7 +143,7 @@ def test_a_full_disk_behind_standard_output_is_one_line(arguments: list[str]) ->
             [sys.executable, "-m", "ods", *arguments], stdout=full, stderr=subprocess.PIPE, text=True, check=False,
             cwd=Path(__file__).parents[2],
         )  # fmt: skip
-    assert reported.stderr == f"ods {arguments[0]}: cannot write what it prints: no space left on device\n"
+    assert reported.stderr == f"ods {arguments[0]}: cannot write its output: no space left on device\n"
     assert reported.returncode == 2
 
 

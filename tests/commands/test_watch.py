@@ -78,8 +78,8 @@ def test_how_far_it_is_clear_ahead_is_one_line() -> None:
     north = msgspec.structs.replace(west, attitude=(1.0, 0.0, 0.0, 0.0))
     console.print(screen(picture(0.1), {}, NOW, "", msgspec.structs.replace(clear, pose=north)))
     text = console.export_text()
-    assert "clear ahead: from 3 to 42 m; something is known in 1 of 8 sectors" in text
-    assert "clear ahead: not known; something is known in 1 of 8 sectors" in text
+    assert "clear ahead: from 3 to 42 m; water is known in 1 of 8 sectors" in text
+    assert "clear ahead: not known; water is known in 1 of 8 sectors" in text
 
 
 def test_a_list_of_a_far_range_is_as_old_as_it_was_made() -> None:
@@ -118,8 +118,8 @@ def test_a_loud_bottom_is_reported_of_and_a_quiet_one_is_not() -> None:
     assert "bottom" not in shown(picture(0.1), {})
 
 
-def as_json(newest: ObstacleList | None, health: dict[str, Health], hindrance: str = "") -> dict[str, Any]:
-    reported = json.loads(watch_json.text(Received(newest, None, health), NOW, hindrance))
+def as_json(newest: ObstacleList | None, health: dict[str, Health], unreachable_reason: str = "") -> dict[str, Any]:
+    reported = json.loads(watch_json.text(Received(newest, None, health), NOW, unreachable_reason))
     assert isinstance(reported, dict)
     return reported
 

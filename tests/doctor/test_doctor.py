@@ -53,7 +53,10 @@ def levels(found: list[Finding]) -> dict[str, str]:
 def test_missing_devices_are_wrong_and_exit_code_is_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor", "--config", str(config(tmp_path, "/dev/none"))]) == 1
     said = capsys.readouterr().out
-    assert "serial port /dev/none: No such file or directory: is the adapter plugged in, and sonar.port right?" in said
+    assert (
+        "serial port /dev/none: No such file or directory: is the adapter plugged in, and is sonar.port correct?"
+        in said
+    )
     assert "CAN socketcan can77: no such interface" in said
     assert "2 wrong" in said
 
@@ -73,7 +76,7 @@ def test_what_is_there_is_good(tmp_path: Path) -> None:
 def test_a_plain_file_is_no_serial_port(tmp_path: Path) -> None:
     (tmp_path / "plain").touch()
     (finding,) = sonar_port.examine(str(tmp_path / "plain"))
-    assert (finding.level, finding.text) == ("wrong", "is no serial device")
+    assert (finding.level, finding.text) == ("wrong", "is not a serial device")
 
 
 def test_a_sonar_on_the_network_is_connected_to_but_a_serial_server_left_alone() -> None:
@@ -85,7 +88,7 @@ def test_a_sonar_on_the_network_is_connected_to_but_a_serial_server_left_alone()
     assert (there.level, there.subject, there.text) == ("good", f"sonar tcp://{address}", "takes connections")
     assert left_alone.level == "note"
     assert away.level == "wrong"
-    assert away.text == "Connection refused: is the sonar on, the cable in, and sonar.port right?"
+    assert away.text == "Connection refused: is the sonar on, is the cable connected, and is sonar.port correct?"
 
 
 def test_a_wrong_stage_and_a_wrong_key_are_found(tmp_path: Path) -> None:
@@ -135,7 +138,7 @@ def test_parts_of_ones_own_are_tried(tmp_path: Path) -> None:
     file.write_text(f'{text}\n[recordings]\nplugins = ["none.py"]\n')
     found = {item.subject: (item.level, item.text) for item in plugins.examine(load(file, OnboardConfig))}
     assert found["tracker"] == ("wrong", "ArithmeticError: at the first echo")
-    assert found["sonar protocol"] == ("good", "doctor.sketch is known and gets through noise")
+    assert found["sonar protocol"] == ("good", "doctor.sketch is known and survives noise")
     level, said = found["recordings"]
     assert level == "wrong"
     assert said.startswith(f"recordings.plugins[0] ({tmp_path / 'none.py'}): FileNotFoundError")
@@ -185,7 +188,7 @@ def test_running_processes_are_asked_how_they_are(
     publisher = bus.Publisher(context, tmp_path, "nav")
     nothing = {item.subject: (item.level, item.text) for item in sockets(tmp_path)}
     assert nothing["nav"] == ("wrong", f"runs, but gave no sign of life within 1.5 s: {why}")
-    assert nothing["sonar"] == ("wrong", "does not run, though others do")
+    assert nothing["sonar"] == ("wrong", "does not run, although others do")
     publisher.close()
     context.term()
     assert [item.level for item in sockets(tmp_path)] == ["note"]
@@ -248,7 +251,7 @@ def test_the_hardware_page_quotes_a_good_controller_word_for_word() -> None:
 
 def test_a_network_interface_that_is_no_can_interface(tmp_path: Path) -> None:
     found = list(findings(config(tmp_path, "/dev/none", 'interface = "socketcan"\nchannel = "lo"')))
-    assert "is no CAN interface" in next(item.text for item in found if item.subject == "CAN socketcan lo")
+    assert "is not a CAN interface" in next(item.text for item in found if item.subject == "CAN socketcan lo")
 
 
 def test_listening_tells_what_comes_what_does_not_and_how_many_poses(tmp_path: Path) -> None:
@@ -280,11 +283,11 @@ def test_listening_tells_what_comes_what_does_not_and_how_many_poses(tmp_path: P
         assert "never came" in found["CAN 0x685"].text
         assert "epoch_torn" in found["navigation by canopen"].text
         (silent,) = listen(settings, 0.2)
-        assert silent.text.startswith("nothing that it should send came within 0.2 s (")
+        assert silent.text.startswith("no expected data within 0.2 s (")
         stranger = can.Message(arbitration_id=0x286, data=bytes(8), is_extended_id=False)
         far.send_periodic(stranger, 0.05)
         (instead,) = listen(settings, 0.6)
-        assert "others came: 0x286): is the INS on, wired and set to send" in instead.text
+        assert "others came: 0x286): is the INS on, connected and set to send" in instead.text
 
 
 def test_listening_tells_a_slow_message_an_emergency_and_a_rate_that_is_too_low(tmp_path: Path) -> None:
@@ -359,8 +362,12 @@ def test_bytes_that_change_on_the_way_are_noted_but_not_the_rest_of_a_ping_at_th
     ("sends", "level", "said"),
     [
         (lambda number: encode_ping(make_ping(number)), "good", "pings/s; records 7000 at"),
-        (lambda number: encode_ping(make_ping(number))[:400], "wrong", ": 7042 or 7018 never came whole; switch"),
-        (lambda _: b"$GPGGA,115739.00,4158.8441367,N\r\n", "wrong", "of no record came: baud, wiring, or another"),
+        (lambda number: encode_ping(make_ping(number))[:400], "wrong", ": 7042 or 7018 never arrived complete; switch"),
+        (
+            lambda _: b"$GPGGA,115739.00,4158.8441367,N\r\n",
+            "wrong",
+            "records came: check baud, wiring and protocol",
+        ),
         (lambda _: b"", "wrong", "no s7k record within 0.5 s; it is silent"),
     ],
     ids=["pings", "cut off", "another protocol", "silence"],

@@ -30,7 +30,7 @@ def test_what_the_tracker_cannot_use_is_wrong(tmp_path: Path) -> None:
     plain.write_text("no map")
     open_map(other, 10.0, 20.0).close()
     for path, said in (
-        (plain / "map.sqlite", f"cannot be made: {plain} is no folder"),
+        (plain / "map.sqlite", f"cannot be created: {plain} is not a folder"),
         (plain, "file is not a database"),
         (other, "its origin is 10.0, 20.0, not [site]"),
     ):
@@ -53,4 +53,4 @@ def test_a_file_and_a_folder_of_another_user_are_reported_with_their_owner(
     assert file.text == reported
     with pytest.raises(MapError, match=re.escape(f"map {there}: {reported}")):  # what the tracker says
         open_map(there, 57.0, 9.9)
-    assert folder.text.startswith(f"cannot be made: {tmp_path} belongs to {owner}, and may not be written")
+    assert folder.text.startswith(f"cannot be created: {tmp_path} belongs to {owner}, and is not writable")

@@ -9,7 +9,7 @@ from ods.doctor.mounting import examine, words_of
 @pytest.mark.parametrize(
     ("mounting", "words"),
     [
-        (MountingSettings(), "at the vehicle's origin and looks along the bow"),
+        (MountingSettings(), "at the vehicle's origin and looks straight ahead"),
         (
             MountingSettings(position_m=(3.7, 0.3, 0.9), pitch_deg=-15.0),
             "3.7 m ahead, 0.3 m to starboard, 0.9 m down of the vehicle's origin and looks 15 deg down",
@@ -42,10 +42,7 @@ def test_angles_that_may_be_radians_are_noted() -> None:
 
 def test_a_fan_that_stands_upright_is_noted() -> None:
     _, note = examine(MountingSettings(roll_deg=-90.0), (0.0, 0.0, 0.0))
-    text = (
-        "sonar.mounting puts the fan 90 deg from level: "
-        "beyond 50 deg positions are off by more than their reported sigma"
-    )
+    text = "sonar.mounting puts the fan 90 deg from level: beyond 50 deg position errors exceed their reported sigma"
     assert (note.level, note.text) == ("note", text)
     for mounting in (MountingSettings(roll_deg=180.0, pitch_deg=-20.0), MountingSettings(roll_deg=45.0)):
         assert len(list(examine(mounting, (0.0, 0.0, 0.0)))) == 1

@@ -54,7 +54,7 @@ def test_every_format_of_a_recording(
     assert said.startswith(f"{out}: 5 messages, ")
     assert said.count(",") == 1  # nothing was lost
     assert main(["export", str(record), f"--{name}", str(out)]) == 2
-    assert capsys.readouterr().err == f"ods export: {out}: exists already, and is not overwritten\n"
+    assert capsys.readouterr().err == f"ods export: {out}: already exists, and is not overwritten\n"
 
 
 def test_the_times_are_utc_of_what_is_reported(record: Path, tmp_path: Path) -> None:
@@ -88,7 +88,7 @@ def test_a_configuration_is_read_as_by_all_commands(
 @pytest.mark.parametrize(
     ("attached", "said"),
     [
-        ({}, "the recording has no configuration: give one by --config"),
+        ({}, "the recording has no configuration: give one with --config"),
         ({"config.toml": b"\xff"}, "the recording's configuration: not valid TOML"),
         (
             {"config.toml": b"[site]\nlatitude_deg = 100.0\nlongitude_deg = 1.0"},

@@ -68,7 +68,7 @@ def test_keys_are_made_listed_and_revoked(tmp_path: Path, capsys: pytest.Capture
     [
         (["make", "../server"], "../server: not a name: "),
         (["make", "server"], "server: not a name: "),
-        (["make", "old"], "allowed: has a old already: revoke it, or take another name"),
+        (["make", "old"], "allowed: already has a old: revoke it, or use another name"),
         (["make", "new", "--public", __file__], "not a public key: expected 40 characters"),
         (["make", "new", "--public", "no.public"], "no.public: no such file or directory"),
         (["revoke", "new"], "allowed: has no new"),
@@ -90,12 +90,12 @@ def test_a_secret_that_others_may_read_is_refused(
     secret.chmod(mode)
     with pytest.raises(KeyFileError) as refused:
         Obstacles("tcp://127.0.0.1:5600", key=secret)
-    assert str(refused.value) == f"{secret}: others have rights to it: chmod 600 {secret}"
+    assert str(refused.value) == f"{secret}: others have access to it: chmod 600 {secret}"
     server = tmp_path / "keys" / "server.secret"
     server.chmod(mode)
     assert main(["listen", "--config", str(config(tmp_path, f'keys = "keys"\n{LISTEN}'))]) == 2
     reported = capsys.readouterr().err
-    assert reported.startswith(f"ods listen: bus.keys: {server}: others have rights to it: chmod 600 {server}")
+    assert reported.startswith(f"ods listen: bus.keys: {server}: others have access to it: chmod 600 {server}")
     assert reported.count("\n") == 1
 
 
@@ -103,7 +103,7 @@ def test_a_list_that_others_may_write_lets_nobody_in(tmp_path: Path) -> None:
     folder = KeyFolder(tmp_path / "keys")
     folder.make("planner")
     (folder.path / "allowed").chmod(0o620)
-    with pytest.raises(KeyFileError, match="others have rights to it"):
+    with pytest.raises(KeyFileError, match="others have access to it"):
         folder.allowed()
 
 
@@ -165,5 +165,5 @@ def test_a_client_that_is_used_wrongly_says_so(tmp_path: Path) -> None:
     with pytest.raises(KeyFileError, match=r"server\.secret: server: expected a key of 40 characters$"):
         Obstacles("tcp://127.0.0.1:5600", key=tmp_path / "keys" / "server.secret")
     secret.write_text("not a file of keys")
-    with pytest.raises(KeyFileError, match=r"planner\.secret: not a file of keys: "):
+    with pytest.raises(KeyFileError, match=r"planner\.secret: not a key file: "):
         Obstacles("tcp://127.0.0.1:5600", key=secret)

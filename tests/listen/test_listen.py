@@ -14,7 +14,7 @@ import zmq
 from zmq.utils.monitor import recv_monitor_message
 
 from ods.client import Obstacles
-from ods.listen import door
+from ods.listen import topic_server
 from ods.runtime.keys.key_files import ClientKey, KeyPair, read_client_key
 from tests.listen.played import PATIENCE_S, Socket, Vehicle, drained, free_port, vehicle
 
@@ -121,7 +121,7 @@ def test_a_list_of_keys_that_is_wrong_lets_nobody_in(folder: Path) -> None:
 
 
 def test_a_reader_that_stops_reading_is_cut_and_costs_no_memory(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(door, "CUT_S", 1.0)
+    monkeypatch.setattr(topic_server, "CUT_S", 1.0)
     with vehicle(folder) as running:
         good, slow = running.client(running.key()), running.client(running.key(), queue=1)
         running.until(lambda: received(running, slow))

@@ -109,6 +109,6 @@ def test_mistakes_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str
     file.write_text(CHART.replace('"range 30 m"', '"built-in"'))
     assert main(["missions", str(file), "--chart", "--out", str(tmp_path / "out")]) == 2
     assert "chart" in (line := capsys.readouterr().err)
-    assert "two have one name" in line
+    assert "two have the same name" in line
     assert main(["missions", str(file), "--chart", "--fit", str(tmp_path / "laws.json")]) == 2
     assert "--chart: needs --out" in capsys.readouterr().err

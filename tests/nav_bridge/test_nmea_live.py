@@ -189,9 +189,7 @@ def test_doctor_says_what_is_lost_or_unusable_of_what_comes(ends: tuple[str, Wri
         reported.append({item.subject: item for item in reversed(list(listen(settings, 1.5)))})
         vehicle.close()
     assert reported[0]["navigation by nmea"].level == "note"
-    assert re.search(
-        r" deg: (2[5-9]|3\d|4[0-5])% of what the INS sends is lost$", reported[0]["navigation by nmea"].text
-    )
+    assert re.search(r" deg: (2[5-9]|3\d|4[0-5])% of the INS's data is lost$", reported[0]["navigation by nmea"].text)
     assert reported[1]["NMEA GGA"].level == "wrong"
     assert "Hz, without checksum, and is dropped" in reported[1]["NMEA GGA"].text
     assert reported[1]["NMEA PASHR"].level == "good"
@@ -207,6 +205,6 @@ def test_doctor_says_that_no_nmea_comes_without_asking_for_more(ends: tuple[str,
     vehicle.close()
     assert found.level == "wrong"
     assert found.text == (
-        "nothing that it should send came within 0.7 s: the data received are not NMEA: is nav.nmea.port right, "
+        "no expected data within 0.7 s: the data received are not NMEA: is nav.nmea.port right, "
         "and is what is sent there NMEA 0183?"
     )

@@ -37,7 +37,7 @@ class ChainOverPings:
 def test_a_stage_over_pings_is_given_the_pose_of_the_head(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(processor, "Chain", ChainOverPings)
     monkeypatch.setattr(service, "warm_up", lambda _settings: None)
-    stub = SimpleNamespace(counters=Counter(), publish=lambda *_: None, complain_once=print, overload=str)
+    stub = SimpleNamespace(counters=Counter(), publish=lambda *_: None, log_once=print, overload=str)
     mounting = MountingSettings(position_m=(3.0, 0.0, 0.5), yaw_deg=90.0)
     config = PipelineConfig(pose=PoseSettings(), pipeline=PipelineSettings(), mounting=mounting)
     worker = service.PipelineWorker(cast(Service, stub), config)

@@ -10,7 +10,7 @@ from ods.messages import PoseAt
 from ods.planner.planner import Planner, SetPoint
 from ods.planner.settings import SteeringSettings
 from ods.sim_sonar.settings import VehicleSettings
-from ods.sim_sonar.steered import Steered, at_start
+from ods.sim_sonar.steered import SteeredVehicle, at_start
 from tests.planner.lists import PERIOD_S, clear, obstacle, pose, reported, steered
 
 GOAL = (200.0, 0.0, 20.0)
@@ -55,7 +55,7 @@ def test_where_it_cannot_turn_in_time_it_lets_what_crosses_pass() -> None:
 def test_it_holds_its_way_against_a_current_across() -> None:
     """A quarter of its speed: it is set off once, until it knows."""
     made = Planner(SteeringSettings(), [GOAL])
-    vehicle = Steered(VehicleSettings(), at_start(0.0, 1.0, (0.0, 0.0, 20.0)), current_m_s=(0.0, 0.5))
+    vehicle = SteeredVehicle(VehicleSettings(), at_start(0.0, 1.0, (0.0, 0.0, 20.0)), current_m_s=(0.0, 0.5))
     vehicle.step(PERIOD_S)
     for _ in range(400):
         state = vehicle.way[-1]
@@ -171,7 +171,11 @@ def test_it_finds_the_way_out_of_a_ring_where_no_heading_keeps_the_distance() ->
     """Obstacles 15 m around it, 5 m apart, with one gap of 15 m to starboard."""
     angles = [math.radians(degrees) for degrees in range(0, 360, 20) if degrees not in (80, 100)]
     ring = [(15.0 * math.cos(angle), 15.0 * math.sin(angle)) for angle in angles]
-    made, vehicle, nearest = planner(), Steered(VehicleSettings(), at_start(0.0, 1.0, (0.0, 0.0, 20.0))), math.inf
+    made, vehicle, nearest = (
+        planner(),
+        SteeredVehicle(VehicleSettings(), at_start(0.0, 1.0, (0.0, 0.0, 20.0))),
+        math.inf,
+    )
     for _ in range(150):
         state = vehicle.way[-1]
         here = pose(state.north_m, state.east_m, state.heading_rad, state.speed_m_s)

@@ -330,7 +330,7 @@ def test_an_existing_file_is_left_alone(tmp_path: Path) -> None:
     path = tmp_path / "mission.s7k"
     path.write_text("precious")
     with chain() as live:
-        assert f"{path}: exists already, and is not overwritten" in ended(live.record("--s7k", str(path)))
+        assert f"{path}: already exists, and is not overwritten" in ended(live.record("--s7k", str(path)))
     assert path.read_text() == "precious"
 
 

@@ -212,7 +212,7 @@ def test_another_program_s_header_without_room_for_a_catalogue(tmp_path: Path) -
 
     path = tmp_path / "x.s7k"
     path.write_bytes(encode_record(7200, bytes(324), UTC_NS, DeviceId(7000)) + b"torn")
-    with pytest.raises(ValueError, match="no space for a catalogue"):
+    with pytest.raises(ValueError, match="no room for a catalogue"):
         repair_s7k(path)
     assert path.read_bytes().endswith(b"torn")
 

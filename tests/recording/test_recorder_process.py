@@ -315,7 +315,7 @@ def test_a_disk_that_stalls_holds_up_nobody() -> None:
         for number in range(30):
             chain.publish("ping", small_ping(number, number, samples=40_000))
             time.sleep(0.01)
-        chain.until(lambda: chain.says("the disk does not answer") and chain.says("messages lost"))
+        chain.until(lambda: chain.says("the disk has not responded") and chain.says("messages lost"))
         assert chain.count("dropped_messages") > 15
         begun = time.monotonic()
         chain.process.terminate()

@@ -6,7 +6,7 @@ import pytest
 
 from ods.recording.inbox import Inbox, Received
 from ods.recording.mcap.reader import open_recording
-from ods.recording.scribe import RecordingWriter
+from ods.recording.recording_writer import RecordingWriter
 from ods.recording.settings import RecordConfig, RecordSettings
 from ods.tracker.settings import MapSettings, TrackerSettings
 from tests.locked_folder import lock

@@ -18,10 +18,10 @@ from ods.messages import Detections, ObstacleList, Ping, Vector3
 from ods.recording.facts import facts
 from ods.recording.mcap.reader import Recorded, Recording, open_recording
 from ods.recording.mcap.segment import Logged, Segment
-from ods.replay.again import DetectionsPair, ListPair
 from ods.replay.check import check
 from ods.replay.compare import Verdict, compare_detections, compare_lists
 from ods.replay.machine import differences
+from ods.replay.rerun import DetectionsPair, ListPair
 from ods.replay.setup import recorded_config
 from tests.replay.recordings import FOLDER
 

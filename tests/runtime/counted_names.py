@@ -48,7 +48,7 @@ def counted_in(source: str) -> Counted:
         elif isinstance(item, ast.Raise) and isinstance(item.exc, ast.Call) and len(item.exc.args) == 1:
             found.names.update(filter(NAME.fullmatch, _texts(item.exc.args)))
         elif isinstance(item, ast.Call):
-            variable |= _name_of(item.func).lstrip("_").startswith("complain")
+            variable |= _name_of(item.func).lstrip("_").startswith(("complain", "log_once"))
             found.names.update(_beside_counters(item))
     if variable:
         for item in ast.walk(tree):

@@ -58,7 +58,7 @@ def test_every_process_has_rows_for_its_sockets() -> None:
         'raise RecordError("a_name")',
         "class Loss(Enum):\n    A = 'a_name'",
         "Counter(a_name=3)",
-        'service.complain_once("a_name", f"{x} is bad")',
+        'service.log_once("a_name", f"{x} is bad")',
         'def why():\n    return "a_name"\ndef f():\n    counters[why()] += 1',
     ],
 )

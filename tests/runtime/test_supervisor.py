@@ -233,7 +233,7 @@ def test_a_child_that_cannot_be_killed_holds_up_nobody(tmp_path: Path, caplog: p
         assert (child.pid, child.down) == (held, HELD)
     assert [record.message for record in caplog.records if record.levelname == "ERROR"] == [
         "tracker sent no watchdog message in time: killed",
-        f"tracker {HELD}: restarting it when it has ended",
+        f"tracker {HELD}: restarting it once it has ended",
     ]
     os.kill(held, signal.SIGKILL)
     while child.pid == held:

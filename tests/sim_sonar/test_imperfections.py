@@ -285,7 +285,7 @@ HEAD = "seed = 1\n[vehicle]\nposition_ned = [0.0, 0.0, 10.0]\n[image]\n"
         ('samples = "log16"', "image.samples"),
         ("tvg = { spreading_db = nan }", "image.tvg.spreading_db: must be a finite number"),
         ("saturation_counts = 0.0", "image.saturation_counts"),
-        ("beam_gain_db = [1.0]\nbeam_gain_rms_db = 1.0", "beam_gain_rms_db: goes without beam_gain_db"),
+        ("beam_gain_db = [1.0]\nbeam_gain_rms_db = 1.0", "beam_gain_rms_db: cannot be combined with beam_gain_db"),
     ],
 )
 def test_bad_keys_are_one_line(tmp_path: Path, text: str, said: str) -> None:

@@ -12,19 +12,19 @@ from ods.base.arrays import Floats
 from ods.messages import Ping, frame_of
 from ods.sim_sonar.device.lines.tcp_line import FramedTcpLine
 from ods.sim_sonar.device.live import LiveSonar, Mission
-from ods.sim_sonar.device.remote_end import LEAST_RANGE_M, RemoteEnd
-from ods.sim_sonar.device.sonars.seabat import SeaBatEnd
+from ods.sim_sonar.device.remote_control_server import LEAST_RANGE_M, RemoteControlServer
+from ods.sim_sonar.device.sonars.seabat import SimulatedSeaBat
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.settings import SimSettings
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar
-from ods.sonar_link.orders import Controls
 from ods.sonar_link.s7k import records, remote_control
 from ods.sonar_link.s7k.assembler import Assembler
 from ods.sonar_link.s7k.drf import S7kRecord
 from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.network_frame import Deframer, frame_record
 from ods.sonar_link.s7k.remote_control import ControlRequest
+from ods.sonar_link.setting_requests import Controls
 
 CONFIG = Path(__file__).parents[2] / "config"
 SCENE, SONAR = CONFIG / "scenes" / "figure11.toml", CONFIG / "sonars" / "seabat6012.toml"
@@ -70,7 +70,7 @@ class PunctualSonar(LiveSonar):
         self._now_ns = self._due_ns = 100 * clock.NS
         patch.setattr(clock, "monotonic_ns", lambda: self._now_ns)
         settings = SimSettings(scene=SCENE, sonar=SONAR, ins_eds=CONFIG / "ins.eds")
-        super().__init__(images, SeaBatEnd(images, wire), settings, Mission(self._now_ns, []), wire)
+        super().__init__(images, SimulatedSeaBat(images, wire), settings, Mission(self._now_ns, []), wire)
         self._due_ns = super().step()
 
     def step(self) -> int:
@@ -163,7 +163,7 @@ def test_gain_shows_in_the_samples_and_in_the_settings(live: tuple[LiveSonar, Wi
 )
 def test_what_is_out_of_its_limits_is_refused(sonar: SonarModel, command: int, value: float, error: int | None) -> None:
     wire = Wire()
-    end = RemoteEnd(sonar, wire)
+    end = RemoteControlServer(sonar, wire)
     before = end.controls
     wire.ask(command, value)
     end.listen(clock.utc_ns())
@@ -173,7 +173,7 @@ def test_what_is_out_of_its_limits_is_refused(sonar: SonarModel, command: int, v
 
 def test_broken_requests_are_ignored(sonar: SonarModel) -> None:
     wire = Wire()
-    end = RemoteEnd(sonar, wire)
+    end = RemoteControlServer(sonar, wire)
     wire.ask(remote_control.SET_RANGE, float("nan"))
     broken = ControlRequest(remote_control.SET_GAIN, 1, b"\0")
     wire.asked += remote_control.encode_request(broken, clock.utc_ns(), records.DEVICE)
@@ -192,7 +192,7 @@ def line() -> Iterator[FramedTcpLine]:
 def test_over_tcp_only_what_was_subscribed_to_comes_and_a_new_client_begins_afresh(
     sonar: SonarModel, line: FramedTcpLine
 ) -> None:
-    end = RemoteEnd(sonar, line)
+    end = RemoteControlServer(sonar, line)
     sent = records.ping_records(ImageSimulator(sonar, load_scene(SCENE)).ping(0.0, 1, 0, clock.utc_ns()))
     assert end.wanted(sent) == []
     client = socket.create_connection(("127.0.0.1", line.port))

@@ -13,7 +13,7 @@ import pytest
 
 from ods.base.settings_file import load
 from ods.sim_sonar.device.lines.tcp_line import TcpLine
-from ods.sim_sonar.device.sonars.norbit import NorbitEnd
+from ods.sim_sonar.device.sonars.norbit import SimulatedNorbit
 from ods.sim_sonar.device.sonars.norbit_packets import to_samples
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
@@ -33,7 +33,7 @@ class Client:
         file = msgspec.structs.replace(file, beams_per_plane=16, beam_spacing_deg=8.0, samples=50, dr_m=0.8)
         self.nominal = ImageSimulator(make_sonar(file), load_scene(CONFIG / "scenes" / "figure11.toml"))
         self.line, self.commands = TcpLine(0), TcpLine(0)
-        self.end = NorbitEnd(self.nominal, self.line, self.commands)
+        self.end = SimulatedNorbit(self.nominal, self.line, self.commands)
         self.images = socket.create_connection(("127.0.0.1", self.line.port), PATIENCE_S)
         self.socket = socket.create_connection(("127.0.0.1", self.commands.port), PATIENCE_S)
         self.ask("", 2)

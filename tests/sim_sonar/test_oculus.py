@@ -13,7 +13,7 @@ import pytest
 from ods.base.settings_file import load
 from ods.sim_sonar.device.lines.tcp_line import TcpLine
 from ods.sim_sonar.device.sonars import oculus_messages
-from ods.sim_sonar.device.sonars.oculus import OculusEnd
+from ods.sim_sonar.device.sonars.oculus import SimulatedOculus
 from ods.sim_sonar.device.sonars.oculus_messages import to_samples
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
@@ -38,7 +38,7 @@ class Client:
         self.statuses.settimeout(PATIENCE_S)
         self.line = TcpLine(0)
         nominal = ImageSimulator(make_sonar(file), scene)
-        self.end = OculusEnd(file, nominal, self.line, self.statuses.getsockname()[1])
+        self.end = SimulatedOculus(file, nominal, self.line, self.statuses.getsockname()[1])
         self.socket = socket.create_connection(("127.0.0.1", self.line.port), PATIENCE_S)
         self.now_ns = SECOND
 

@@ -23,7 +23,7 @@ from ods.runtime.bus import BusSettings
 from ods.sim_sonar.device.lines.serial_line import SerialLine
 from ods.sim_sonar.device.lines.udp_line import UdpLine
 from ods.sim_sonar.device.live import Device, LiveSonar, Mission
-from ods.sim_sonar.device.sonars.ping360 import Ping360End
+from ods.sim_sonar.device.sonars.ping360 import SimulatedPing360
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.settings import SimSettings
@@ -46,7 +46,7 @@ class Sonar:
     def __init__(self, line: SerialLine | UdpLine) -> None:
         sim = SimSettings(CONFIG / "scenes/ping360.toml", CONFIG / "sonars/ping360.toml", ins_eds=CONFIG / "ins.eds")
         images = ImageSimulator(load_sonar(sim.sonar), load_scene(sim.scene))
-        self.end = Ping360End(images, line)
+        self.end = SimulatedPing360(images, line)
         self.live = LiveSonar(images, self.end, sim, Mission(clock.monotonic_ns(), []), line)
         self.device = Device("simulated sonar", self.live.step)
         self.line = line
@@ -167,7 +167,7 @@ def test_brping_makes_it_sweep_and_reads_its_beams(sonar: tuple[Sonar, str]) -> 
 def test_it_refuses_what_it_cannot(asked: Transmission, sweep: Sweep, answer: Kind) -> None:
     line = UdpLine(0)
     images = ImageSimulator(load_sonar(CONFIG / "sonars/ping360.toml"), load_scene(CONFIG / "scenes/ping360.toml"))
-    end = Ping360End(images, line)
+    end = SimulatedPing360(images, line)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as peer:
         peer.settimeout(PATIENCE_S)
         peer.connect(("127.0.0.1", line.port))

@@ -232,7 +232,7 @@ def test_vehicle_in_a_hill_is_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "bed.npz", height_m=np.full((4, 5), 3.0) + np.eye(4, 5), facet_m=1.0, north_m=0.0, east_m=0.0)
     scene = tmp_path / "scene.toml"
     scene.write_text('seed = 1\n[vehicle]\nposition_ned = [0, 0, 7]\n[sea_bed]\ndepth_m = 9\nfile = "bed.npz"\n')
-    with pytest.raises(ConfigError, match=r"under the sea-bed at t = 0\.00 s"):
+    with pytest.raises(ConfigError, match=r"below the sea-bed at t = 0\.00 s"):
         load_scene(scene)
 
 

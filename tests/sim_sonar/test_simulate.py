@@ -171,7 +171,7 @@ def test_a_first_range_that_s7k_cannot_tell_is_one_line(
 ) -> None:
     sonar, scene = tmp_path / "odd.toml", CONFIG / "scenes/empty.toml"
     sonar.write_text(re.sub("range0_m = .*", "range0_m = 0.72", Path(small).read_text()))
-    said = f"{sonar}: range0_m: 0.72 is not a multiple of dr_m (0.2), which records of s7k require"
+    said = f"{sonar}: range0_m: 0.72 is not a multiple of dr_m (0.2), as s7k records require"
     assert run(scene, "--sonar", sonar, "--out", tmp_path / "x.s7k") == 2
     assert capsys.readouterr().err == f"ods simulate: {said}\n"
     images = ImageSimulator(load_sonar(sonar), load_scene(scene))

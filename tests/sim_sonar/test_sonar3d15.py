@@ -11,7 +11,7 @@ from ods.base.arrays import Floats32
 from ods.base.frames.geometry import polar_to_body
 from ods.messages import frame_of
 from ods.sim_sonar.device.sonars import sonar3d15_packets as wire
-from ods.sim_sonar.device.sonars.sonar3d15 import Sonar3d15End
+from ods.sim_sonar.device.sonars.sonar3d15 import SimulatedSonar3d15
 from ods.sim_sonar.device.sonars.sonar3d15_packets import ImageSays
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.range_image import RangeImages, RangeSonar, range_image
@@ -103,7 +103,7 @@ def test_ranges_of_a_sphere_and_a_bottom_are_those_of_geometry() -> None:
 
 def test_a_telegram_is_one_image_and_its_strengths_and_the_same_again() -> None:
     images = ImageSimulator(load_sonar(CONFIG / "sonars" / "sonar3d15.toml"), shipped_scene())
-    end = Sonar3d15End(images)
+    end = SimulatedSonar3d15(images)
     first, second = (end.telegram(images, 2.0, 12, 0, SAYS.time_ns) for _ in range(2))
     assert first == second
     assert [packets.unpack(packet).kind for packet in first] == [packets.RANGE_IMAGE, packets.BITMAP]

@@ -14,13 +14,13 @@ from ods.sim_sonar.device.live import Mission
 from ods.sim_sonar.device.vehicle import LiveVehicle, VehicleNode, steered_of
 from ods.sim_sonar.ins.canopen_node import shared
 from ods.sim_sonar.scene.settings import VehiclePath
-from ods.sim_sonar.settings import ObeyingVehicle, VehicleSettings
+from ods.sim_sonar.settings import SteeredVehicleSettings, VehicleSettings
 
 EDS = Path(__file__).parents[2] / "config" / "vehicle.eds"
 PERIOD_S = 0.15
 EAST_SLOWLY = bytes.fromhex("5c3de803204e0000")
 """15708 * 0.0001 rad, 1000 mm/s, 20000 mm."""
-SETTINGS = ObeyingVehicle(eds=EDS, can_do=VehicleSettings(acceleration_m_s2=0.5))
+SETTINGS = SteeredVehicleSettings(eds=EDS, can_do=VehicleSettings(acceleration_m_s2=0.5))
 
 
 class Bench:

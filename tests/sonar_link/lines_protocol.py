@@ -9,9 +9,9 @@ from collections import Counter
 import numpy as np
 
 from ods.messages import Ping
-from ods.sonar_link.orders import Controls, configured_orders
 from ods.sonar_link.ping_builder import Geometry, Stamp, build_ping, make_beam_table
 from ods.sonar_link.protocol import SonarProtocol
+from ods.sonar_link.setting_requests import Controls, configured_requests
 from ods.sonar_link.settings import SonarSettings
 
 LONGEST_LINE = 10_000
@@ -23,7 +23,7 @@ class LinesProtocol(SonarProtocol):
     udp_port: int | None = None
 
     def __init__(self, settings: SonarSettings, counters: "Counter[str]") -> None:
-        super().__init__(configured_orders(settings, counters), counters)
+        super().__init__(configured_requests(settings, counters), counters)
         self._held = b""
         self._begun_ns = 0
         self._hello = False
@@ -35,7 +35,7 @@ class LinesProtocol(SonarProtocol):
 
     def connected(self, now_ns: int) -> None:
         self._hello = True
-        self.orders.renew()
+        self.setting_requests.resend()
 
     def feed(self, data: bytes, now_ns: int) -> list[Ping]:
         self._begun_ns = self._begun_ns if self._held else now_ns
@@ -53,7 +53,7 @@ class LinesProtocol(SonarProtocol):
 
     def requests(self, now_ns: int) -> list[bytes]:
         hello, self._hello = [b"HELLO\n"] if self._hello else [], False
-        return hello + [b"RANGE %g\n" % order.value for order in self.orders.due(now_ns)]
+        return hello + [b"RANGE %g\n" % order.value for order in self.setting_requests.due(now_ns)]
 
     def received(self, datagram: bytes, sender: str, now_ns: int) -> None:
         if datagram.startswith(b"HERE "):
@@ -61,7 +61,7 @@ class LinesProtocol(SonarProtocol):
 
     def problems(self, now_ns: int) -> list[str]:
         silent = [] if self._name else ["the sonar has not announced itself"]
-        return silent + self.orders.problems()
+        return silent + self.setting_requests.problems()
 
     def traffic(self, seconds: float) -> str:
         pings = self.counters["pings"]
@@ -73,7 +73,7 @@ class LinesProtocol(SonarProtocol):
     def _take(self, words: list[bytes], now_ns: int) -> Ping | None:
         try:
             if words[0] == b"RANGE":
-                self.orders.receive(Controls(range_m=float(words[1])), now_ns)
+                self.setting_requests.receive(Controls(range_m=float(words[1])), now_ns)
                 return None
             if words[0] != b"PING":
                 raise ValueError("no such line")

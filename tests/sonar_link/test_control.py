@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, strategies as st
 
 from ods.messages import SonarAnswer, SonarRequest
-from ods.sonar_link.orders import Controls, Orders, OrderState
 from ods.sonar_link.planner_requests import PlannerRequests
 from ods.sonar_link.s7k import remote_control
 from ods.sonar_link.s7k.control import RemoteControl
@@ -16,6 +15,7 @@ from ods.sonar_link.s7k.drf import DeviceId, S7kRecord
 from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.loss import Loss, RecordError
 from ods.sonar_link.s7k.remote_control import ControlReply, ControlRequest
+from ods.sonar_link.setting_requests import Controls, RequestState, SettingRequests
 from tests.sonar_link.sonar_samples import UTC_NS
 
 S = 1_000_000_000
@@ -27,11 +27,11 @@ def sent(control: RemoteControl, at_s: float) -> list[tuple[int, float]]:
 
 
 class Control(RemoteControl):
-    """Remote control with its orders at hand."""
+    """Remote control with its setting requests at hand."""
 
     def __init__(self, wanted: dict[str, float], subscription: tuple[int, ...] = ()) -> None:
-        self.orders = Orders(wanted, repeat_s=1.0, attempts=3)
-        super().__init__(self.orders, subscription)
+        self.setting_requests = SettingRequests(wanted, repeat_s=1.0, attempts=3)
+        super().__init__(self.setting_requests, subscription)
 
 
 def control(**wanted: float) -> Control:
@@ -82,7 +82,7 @@ def test_any_body_is_decoded_or_refused(record_type: int, body: bytes) -> None:
             assert error.loss is Loss.BAD_REMOTE_CONTROL  # noqa: PT017
 
 
-# orders
+# setting requests
 
 
 def test_what_is_wanted_is_asked_for_once_and_again_after_each_connection() -> None:
@@ -90,7 +90,7 @@ def test_what_is_wanted_is_asked_for_once_and_again_after_each_connection() -> N
     assert sent(wanted, 0) == [(1003, 100.0), (1008, 20.0)]
     assert sent(wanted, 60) == []  # a silent sonar is not talked at
     wanted.take(Controls(100.0, 0.0, 20.0), 61 * S)
-    assert (wanted.orders.state("range_m"), wanted.problems()) == (OrderState.TAKEN, [])
+    assert (wanted.setting_requests.state("range_m"), wanted.problems()) == (RequestState.ACCEPTED, [])
     wanted.connected()
     assert sent(wanted, 62) == [(1003, 100.0), (1008, 20.0)]
 
@@ -117,9 +117,9 @@ def test_of_orders_in_quick_succession_the_last_one_is_sent_and_other_settings_d
     wanted = control()
     asked = []
     for number in range(100):
-        wanted.orders.wish("range_m", 10.0 + number)
+        wanted.setting_requests.request("range_m", 10.0 + number)
         if number == 50:
-            wanted.orders.wish("gain_db", 20.0)
+            wanted.setting_requests.request("gain_db", 20.0)
         asked += [(number, *request) for request in sent(wanted, number / 100)]
     asked += [(101, *request) for request in sent(wanted, 1.01)]
     assert asked == [
@@ -132,7 +132,7 @@ def test_a_refusal_is_said_at_once_with_its_code() -> None:
     wanted = control(range_m=500.0)
     (request,) = wanted.requests(0)
     wanted.answered(ControlReply(request.ticket + 1, 9))
-    assert wanted.orders.state("range_m") is OrderState.ASKED
+    assert wanted.setting_requests.state("range_m") is RequestState.PENDING
     wanted.answered(ControlReply(request.ticket, 2))
     assert wanted.problems() == ["the sonar refused range 500 m (error 2): it has not reported its settings"]
     wanted.take(Controls(100.0), 10 * S)
@@ -146,19 +146,19 @@ def test_a_sonar_that_starts_afresh_behind_an_open_line_is_asked_again() -> None
     wanted.take(Controls(50.0), S)
     wanted.take(Controls(100.0), 2 * S)
     assert sent(wanted, 2) == [(1003, 50.0)]
-    assert wanted.orders.counters["control_lost"] == 1
+    assert wanted.setting_requests.counters["control_lost"] == 1
 
 
 def test_pings_under_way_do_not_count_as_disobedience() -> None:
     wanted = control(range_m=100.0)
     sent(wanted, 0)
     wanted.take(Controls(100.0), S)
-    wanted.orders.wish("range_m", 50.0)
+    wanted.setting_requests.request("range_m", 50.0)
     assert sent(wanted, 1.5) == [(1003, 50.0)]
     wanted.take(Controls(100.0), round(1.6 * S))
     assert sent(wanted, 1.7) == []
     wanted.take(Controls(50.0), round(1.8 * S))
-    assert wanted.orders.state("range_m") is OrderState.TAKEN
+    assert wanted.setting_requests.state("range_m") is RequestState.ACCEPTED
 
 
 def test_a_value_that_is_no_number_is_not_what_was_asked_for() -> None:
@@ -187,7 +187,7 @@ class Planners:
     def __init__(self, control: Control) -> None:
         self.answers: dict[bytes, SonarAnswer] = {}
         self.count: Counter[bytes] = Counter()
-        self.requests = PlannerRequests(control.orders, 4.0, self._send)
+        self.requests = PlannerRequests(control.setting_requests, 4.0, self._send)
 
     def _send(self, peer: list[bytes], answer: SonarAnswer) -> None:
         self.answers[peer[0]] = answer
@@ -201,83 +201,83 @@ class Planners:
 
 
 def test_a_planner_is_answered_when_the_sonar_shows_the_value() -> None:
-    orders = control(range_m=100.0)
-    planners = Planners(orders)
+    remote = control(range_m=100.0)
+    planners = Planners(remote)
     planners.ask(b"p", range_m=50.0)
-    assert sent(orders, 0) == [(1003, 50.0)]
-    orders.take(Controls(100.0), S // 10)
+    assert sent(remote, 0) == [(1003, 50.0)]
+    remote.take(Controls(100.0), S // 10)
     planners.requests.answer(S // 10)
     assert not planners.answers
-    orders.take(Controls(50.0, 210.0, NAN), S // 5)
+    remote.take(Controls(50.0, 210.0, NAN), S // 5)
     planners.requests.answer(S // 5)
     planners.requests.answer(S)
     assert planners.answers == {b"p": SonarAnswer(ok=True, reason="", range_m=50.0, power_db=210.0)}
     assert planners.count[b"p"] == 1
-    orders.connected()
-    assert sent(orders, 9) == [(1003, 50.0)]  # it lasts
+    remote.connected()
+    assert sent(remote, 9) == [(1003, 50.0)]  # it lasts
 
 
 def test_a_planner_hears_why_not() -> None:
-    orders = control()
-    planners = Planners(orders)
+    remote = control()
+    planners = Planners(remote)
     planners.ask(b"refused", range_m=500.0)
-    (request,) = orders.requests(0)
-    orders.answered(ControlReply(request.ticket, 2))
+    (request,) = remote.requests(0)
+    remote.answered(ControlReply(request.ticket, 2))
     planners.requests.answer(0)
     assert planners.reason(b"refused").startswith("the sonar refused range 500 m (error 2)")
     planners.ask(b"silence", 1.0, gain_db=10.0)
     planners.requests.answer(round(4.9 * S))
     assert b"silence" not in planners.answers
     planners.requests.answer(5 * S)
-    assert planners.reason(b"silence") == "the sonar said nothing for 4 s; it will be asked when it is back"
+    assert planners.reason(b"silence") == "the sonar has been silent for 4 s; the request is sent when it is back"
     planners.ask(b"absurd", range_m=float("inf"))
     assert planners.reason(b"absurd") == "range_m: inf is not a number"
 
 
 def test_a_wish_that_is_refused_leaves_what_was_ordered_before() -> None:
-    orders = control(range_m=100.0)
-    planners = Planners(orders)
-    (configured,) = orders.requests(0)
-    orders.take(Controls(100.0), S)
+    remote = control(range_m=100.0)
+    planners = Planners(remote)
+    (configured,) = remote.requests(0)
+    remote.take(Controls(100.0), S)
     for name, at_s in ((b"first", 2), (b"second", 3)):
         planners.ask(name, range_m=500.0, gain_db=10.0)
-        asked = {request.command: request for request in orders.requests(at_s * S)}
-        orders.take(Controls(100.0, NAN, 10.0), at_s * S + 1)
-        orders.answered(ControlReply(asked[configured.command].ticket, 2))
+        asked = {request.command: request for request in remote.requests(at_s * S)}
+        remote.take(Controls(100.0, NAN, 10.0), at_s * S + 1)
+        remote.answered(ControlReply(asked[configured.command].ticket, 2))
         planners.requests.answer(at_s * S + 2)
         assert planners.reason(name) == "the sonar refused range 500 m (error 2): it reports 100 m"
-        assert orders.problems() == []
-    orders.connected()
-    assert sorted(sent(orders, 9)) == [(1003, 100.0), (1008, 10.0)]
+        assert remote.problems() == []
+    remote.connected()
+    assert sorted(sent(remote, 9)) == [(1003, 100.0), (1008, 10.0)]
 
 
 def test_a_wish_that_fails_when_nobody_waits_any_more_is_forgotten_one_that_was_fulfilled_and_lost_is_reported() -> (
     None
 ):
-    orders = control()
-    planners = Planners(orders)
+    remote = control()
+    planners = Planners(remote)
     planners.ask(b"p", range_m=50.0)
-    sent(orders, 0)
+    sent(remote, 0)
     planners.requests.answer(5 * S)
-    assert planners.reason(b"p").startswith("the sonar said nothing")
+    assert planners.reason(b"p").startswith("the sonar has been silent")
     for at_s in range(6, 11):
-        orders.take(Controls(100.0), at_s * S)
-        sent(orders, at_s)
+        remote.take(Controls(100.0), at_s * S)
+        sent(remote, at_s)
         planners.requests.answer(at_s * S)
-    assert orders.problems() == []
-    orders.connected()
-    assert sent(orders, 11) == []
+    assert remote.problems() == []
+    remote.connected()
+    assert sent(remote, 11) == []
 
     planners.ask(b"again", 12.0, range_m=50.0)
-    sent(orders, 12)
-    orders.take(Controls(50.0), 13 * S)
+    sent(remote, 12)
+    remote.take(Controls(50.0), 13 * S)
     planners.requests.answer(13 * S)
     assert planners.reason(b"again") == ""
     for at_s in range(14, 20):
-        orders.take(Controls(100.0), at_s * S)
-        sent(orders, at_s)
+        remote.take(Controls(100.0), at_s * S)
+        sent(remote, at_s)
         planners.requests.answer(at_s * S)
-    assert orders.problems() == ["the sonar did not accept range 50 m: it reports 100 m"]
+    assert remote.problems() == ["the sonar did not accept range 50 m: it reports 100 m"]
 
 
 def test_a_later_request_replaces_an_earlier_one_for_the_same_setting_only() -> None:
@@ -289,11 +289,11 @@ def test_a_later_request_replaces_an_earlier_one_for_the_same_setting_only() -> 
 
 
 def test_a_request_for_nothing_asks_what_the_sonar_says() -> None:
-    orders = control()
-    planners = Planners(orders)
+    remote = control()
+    planners = Planners(remote)
     planners.ask(b"early")
     assert planners.reason(b"early") == "the sonar has not reported its settings yet"
-    orders.take(Controls(75.0, 210.0, 30.0), 0)
+    remote.take(Controls(75.0, 210.0, 30.0), 0)
     planners.ask(b"late")
     assert planners.answers[b"late"] == SonarAnswer(ok=True, reason="", range_m=75.0, power_db=210.0, gain_db=30.0)
 

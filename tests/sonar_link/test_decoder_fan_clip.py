@@ -108,7 +108,7 @@ def test_without_pyav_one_line_tells_what_to_install(tmp_path: Path, monkeypatch
     path = tmp_path / "clip.avi"
     path.write_bytes(clip(b"MJPG", 24, 128, 144, [jpeg(fan_picture(3.0, 0.0))]))
     monkeypatch.setitem(sys.modules, "av", None)
-    with pytest.raises(PingFileError, match=r"decoding clips needs PyAV: pip install 'ods\[clips\]'$"):
+    with pytest.raises(PingFileError, match=r"clips need PyAV: pip install 'ods\[clips\]'$"):
         open_pings(path, FAN)
 
 
@@ -122,7 +122,7 @@ def test_resampling_is_exact_on_a_plane_and_zero_outside() -> None:
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
-        (lambda data: data.replace(b"AVI ", b"WAVE"), "none of the known formats"),
+        (lambda data: data.replace(b"AVI ", b"WAVE"), "not one of the known formats"),
         (lambda data: data.replace(b"MJPG", b"????"), "none that FFmpeg can decode"),
         (lambda data: data.replace(b"00dc", b"01wb"), "no image in it"),
         (lambda data: data.replace(b"strf", b"none"), "no image in it"),
@@ -183,7 +183,7 @@ def test_command_with_a_geometry_file(tmp_path: Path, capsys: pytest.CaptureFixt
     text = "apex_x_px = 64\napex_y_px = 140\npixels_per_m = 25\nbearing_min_deg = -15\nbearing_max_deg = 15\n"
     fan.write_text(text + "range_min_m = 1\nrange_max_m = 5\n")
     assert cli.main(["detect", str(tmp_path / "clip.avi"), "--fan", str(fan)]) == 0
-    reported = re.search(r"brightest: (\S+) m at (\S+) deg", capsys.readouterr().out)
+    reported = re.search(r"strongest: (\S+) m at (\S+) deg", capsys.readouterr().out)
     assert reported
     assert (float(reported[1]), float(reported[2])) == pytest.approx((3.0, -5.0), abs=0.5)
     fan.write_text(text + "range_min_m = 5\nrange_max_m = 1\n")

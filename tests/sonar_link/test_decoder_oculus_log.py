@@ -80,7 +80,11 @@ def test_a_log_that_was_cut_off_or_is_damaged_gives_what_is_whole(tmp_path: Path
 
 @pytest.mark.parametrize(
     ("head", "said"),
-    [(file_head()[:20], "not a log of"), (file_head(), "no complete simple ping"), (file_head(1), "encrypted")],
+    [
+        (file_head()[:20], "not an Oculus View"),
+        (file_head(), "no complete simple ping"),
+        (file_head(1), "encrypted"),
+    ],
 )
 def test_what_is_no_log_is_one_line(tmp_path: Path, head: bytes, said: str) -> None:
     with pytest.raises(PingFileError, match=said) as error:

@@ -60,7 +60,7 @@ def test_a_sync_word_of_s7k_within_another_format_s_beginning(
         ("text.s7k", b"not a recording at all", "no ping in it"),
         ("text.aris", b"not a recording at all", "not an ARIS recording"),
         ("text.raw", b"not a recording at all", "no complete simple ping result"),
-        ("clip.avi", b"RIFF and so on", "none of the known formats"),
+        ("clip.avi", b"RIFF and so on", "not one of the known formats"),
     ],
 )
 def test_any_other_file_is_one_clear_line(tmp_path: Path, name: str, content: bytes | None, message: str) -> None:

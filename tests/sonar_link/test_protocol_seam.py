@@ -60,7 +60,7 @@ def test_every_row_is_whole(name: str) -> None:
     ("sonar", "words"),
     [
         ({"protocol": "morse", "port": "/dev/seabat"}, "protocol: 'morse' is not one of s7k, "),
-        ({"protocol": "lines", "port": "/dev/seabat"}, "port: /dev/seabat: lines is spoken over tcp only"),
+        ({"protocol": "lines", "port": "/dev/seabat"}, "port: /dev/seabat: lines works over tcp only"),
         ({"protocol": "lines", "port": "tcp://10.0.0.5:7", "gain_db": 10.0}, "gain_db: lines has its own settings"),
     ],
 )
@@ -86,7 +86,7 @@ print(*sorted(name for name in sys.modules if name.startswith("ods.sonar_link.s7
     assert done.stdout.split() == ["ods.sonar_link.s7k.settings"]
 
 
-class FarEnd:
+class SimulatedSonar:
     """The sonar of lines: one client at a time, and the announcements."""
 
     def __init__(self) -> None:
@@ -121,8 +121,8 @@ class FarEnd:
 
 
 @pytest.fixture
-def far_end() -> Iterator[FarEnd]:
-    end = FarEnd()
+def far_end() -> Iterator[SimulatedSonar]:
+    end = SimulatedSonar()
     yield end
     end.close()
 
@@ -130,7 +130,7 @@ def far_end() -> Iterator[FarEnd]:
 class Process:
     """A sonar process that speaks lines, and what it says."""
 
-    def __init__(self, folder: Path, far_end: FarEnd) -> None:
+    def __init__(self, folder: Path, far_end: SimulatedSonar) -> None:
         self.pings: list[Ping] = []
         self.health: Health | None = None
         arguments = [str(folder), far_end.port, str(far_end.udp_port)]
@@ -169,7 +169,7 @@ def folder() -> Iterator[Path]:
 
 
 @pytest.fixture
-def process(folder: Path, far_end: FarEnd) -> Iterator[Process]:
+def process(folder: Path, far_end: SimulatedSonar) -> Iterator[Process]:
     made = Process(folder, far_end)
     yield made
     made.close()
@@ -192,7 +192,7 @@ def asked(folder: Path, request: SonarRequest) -> tuple[threading.Thread, list[S
     return thread, answers
 
 
-def test_another_sonar_speaks_through_the_real_process(process: Process, far_end: FarEnd, folder: Path) -> None:
+def test_another_sonar_speaks_through_the_real_process(process: Process, far_end: SimulatedSonar, folder: Path) -> None:
     far_end.accept()
     assert [far_end.line(), far_end.line()] == [b"HELLO\n", b"RANGE 30\n"]
     far_end.client.sendall(b"RANGE 30\n")
@@ -242,7 +242,7 @@ def test_another_sonar_speaks_through_the_real_process(process: Process, far_end
     [(b"PING 1 30 1 2 3\n", "good", " pings/s; "), (b"", "wrong", "no line within 0.5 s: is it switched on?")],
 )
 def test_the_doctor_listens_to_it(
-    far_end: FarEnd, folder: Path, monkeypatch: pytest.MonkeyPatch, line: bytes, level: str, said: str
+    far_end: SimulatedSonar, folder: Path, monkeypatch: pytest.MonkeyPatch, line: bytes, level: str, said: str
 ) -> None:
     monkeypatch.setitem(PROTOCOLS, "lines", LINES)
     sonar = SonarSettings(protocol="lines", port=far_end.port, range_m=30.0)

@@ -23,10 +23,10 @@ from ods.messages import Health, Ping
 from ods.runtime import bus
 from ods.sim_sonar.device.lines.serial_line import SerialLine
 from ods.sim_sonar.device.lines.tcp_line import FramedTcpLine
-from ods.sim_sonar.device.remote_end import Line, RemoteEnd
+from ods.sim_sonar.device.remote_control_server import Line, RemoteControlServer
 from ods.sim_sonar.sonar.model import load_sonar
-from ods.sonar_link.orders import Controls
 from ods.sonar_link.s7k import records
+from ods.sonar_link.setting_requests import Controls
 from tests.sonar_link.sonar_samples import make_ping
 
 pytestmark = pytest.mark.slow
@@ -37,12 +37,12 @@ PERIOD_S = 0.05
 PATIENCE_S = 20.0
 
 
-class FarEnd(threading.Thread):
+class SimulatedSonar(threading.Thread):
     """Pings at a steady rate and does what it is reported; images are noise."""
 
     def __init__(self, line: Line) -> None:
         super().__init__(daemon=True)
-        self.remote = RemoteEnd(load_sonar(CONFIG / "sonars" / "seabat6012.toml"), line)
+        self.remote = RemoteControlServer(load_sonar(CONFIG / "sonars" / "seabat6012.toml"), line)
         self.line = line
         self.mute = False
         self.stubborn = False
@@ -63,7 +63,9 @@ class FarEnd(threading.Thread):
 
     def restart(self) -> None:
         """Forget everything behind an open line, as after a power cut."""
-        self.remote.controls = RemoteEnd(load_sonar(CONFIG / "sonars" / "seabat6012.toml"), self.line).controls
+        self.remote.controls = RemoteControlServer(
+            load_sonar(CONFIG / "sonars" / "seabat6012.toml"), self.line
+        ).controls
 
     def stop(self) -> None:
         self._done.set()
@@ -124,15 +126,15 @@ def folder() -> Iterator[Path]:
 
 
 @pytest.fixture(params=["serial", "tcp"])
-def far_end(request: pytest.FixtureRequest, folder: Path) -> Iterator[FarEnd]:
-    end = FarEnd(FramedTcpLine(0) if request.param == "tcp" else SerialLine(folder / "seabat"))
+def far_end(request: pytest.FixtureRequest, folder: Path) -> Iterator[SimulatedSonar]:
+    end = SimulatedSonar(FramedTcpLine(0) if request.param == "tcp" else SerialLine(folder / "seabat"))
     end.start()
     yield end
     end.stop()
 
 
 @pytest.fixture
-def start(folder: Path, far_end: FarEnd) -> Iterator[Callable[..., Process]]:
+def start(folder: Path, far_end: SimulatedSonar) -> Iterator[Callable[..., Process]]:
     running = []
 
     def start(**sonar: Any) -> Process:
@@ -154,7 +156,7 @@ def planner(folder: Path) -> Iterator[Sonar]:
 
 
 def test_the_configured_range_is_set_and_set_again_after_reconnecting_and_after_a_restart_of_the_sonar(
-    far_end: FarEnd, start: Callable[..., Process]
+    far_end: SimulatedSonar, start: Callable[..., Process]
 ) -> None:
     process = start(range_m=60.0, gain_db=12.0)
     process.wait(lambda: process.range_m() == 60.0)
@@ -170,7 +172,9 @@ def test_the_configured_range_is_set_and_set_again_after_reconnecting_and_after_
     process.wait(lambda: process.problems() == [] and process.range_m() == 60.0)
 
 
-def test_a_sonar_is_left_alone_when_nothing_is_configured(far_end: FarEnd, start: Callable[..., Process]) -> None:
+def test_a_sonar_is_left_alone_when_nothing_is_configured(
+    far_end: SimulatedSonar, start: Callable[..., Process]
+) -> None:
     process = start()
     process.wait(lambda: process.range_m() > 90.0 and process.health and process.health.ready)
     asked = 1 if isinstance(far_end.line, FramedTcpLine) else 0  # the subscription
@@ -178,13 +182,15 @@ def test_a_sonar_is_left_alone_when_nothing_is_configured(far_end: FarEnd, start
     assert process.health.counters.get("control_requests", 0) == asked
 
 
-def test_what_the_sonar_will_not_do_is_said_in_plain_words(far_end: FarEnd, start: Callable[..., Process]) -> None:
+def test_what_the_sonar_will_not_do_is_said_in_plain_words(
+    far_end: SimulatedSonar, start: Callable[..., Process]
+) -> None:
     process = start(range_m=900.0)
     process.wait(lambda: "the sonar refused range 900 m (error 2): it reports 100 m" in process.problems())
     process.wait(lambda: len(process.pings) > 3)  # it goes on
 
 
-def test_a_planner_sets_the_range(far_end: FarEnd, start: Callable[..., Process], planner: Sonar) -> None:
+def test_a_planner_sets_the_range(far_end: SimulatedSonar, start: Callable[..., Process], planner: Sonar) -> None:
     process = start(range_m=80.0)
     process.wait(lambda: process.range_m() == 80.0)
     assert planner.set_range(50.0).range_m == 50.0
@@ -202,11 +208,11 @@ def test_a_planner_sets_the_range(far_end: FarEnd, start: Callable[..., Process]
     far_end.restart()
     process.wait(lambda: far_end.remote.controls == Controls(50.0, 200.0, 20.0))  # not what it refused
     far_end.mute = True
-    with pytest.raises(SonarError, match="the sonar said nothing for"):
+    with pytest.raises(SonarError, match="the sonar has been silent for"):
         planner.set_range(60.0)
 
 
-def test_a_planner_needs_nothing_but_zmq_and_msgpack(far_end: FarEnd, start: Callable[..., Process]) -> None:
+def test_a_planner_needs_nothing_but_zmq_and_msgpack(far_end: SimulatedSonar, start: Callable[..., Process]) -> None:
     process = start()
     process.wait(lambda: process.pings)
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
@@ -233,13 +239,13 @@ def test_a_planner_needs_nothing_but_zmq_and_msgpack(far_end: FarEnd, start: Cal
 
 
 def test_the_command_line_sets_and_shows(
-    far_end: FarEnd, start: Callable[..., Process], capsys: pytest.CaptureFixture[str]
+    far_end: SimulatedSonar, start: Callable[..., Process], capsys: pytest.CaptureFixture[str]
 ) -> None:
     process = start()
     process.wait(lambda: process.pings)
     assert main(["set-sonar", "--range", "50", "--config", str(process.config)]) == 0
     assert main(["set-sonar", "--config", str(process.config)]) == 0
-    assert capsys.readouterr().out == 2 * "the sonar says: range 50.0 m, power 210.0 dB, gain 30.0 dB\n"
+    assert capsys.readouterr().out == 2 * "the sonar reports: range 50.0 m, power 210.0 dB, gain 30.0 dB\n"
     assert main(["set-sonar", "--range", "500", "--config", str(process.config)]) == 2
     assert capsys.readouterr().err.startswith("ods set-sonar: the sonar refused range 500 m (error 2)")
 

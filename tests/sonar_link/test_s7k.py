@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given, strategies as st
 
 from ods.messages import Ping, SampleType, Scale, frame_of
-from ods.sonar_link.orders import Controls
 from ods.sonar_link.ping_builder import BeamTable
 from ods.sonar_link.s7k import records
 from ods.sonar_link.s7k.drf import DeviceId, S7kRecord
 from ods.sonar_link.s7k.loss import Loss
 from ods.sonar_link.s7k.water_column import WaterColumn
+from ods.sonar_link.setting_requests import Controls
 from tests.sonar_link.sonar_samples import link, make_ping
 
 RATE_HZ = 3000.0  # with 1500 m/s: 0.25 m a sample

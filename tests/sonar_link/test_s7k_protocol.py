@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from ods.messages import Ping
-from ods.sonar_link.orders import Controls
 from ods.sonar_link.s7k import records, remote_control
 from ods.sonar_link.s7k.drf import DeviceId, encode_record
 from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.network_frame import Deframer, frame_record
 from ods.sonar_link.s7k.protocol import S7kProtocol
+from ods.sonar_link.setting_requests import Controls
 from ods.sonar_link.settings import SonarSettings
 from tests.sonar_link.sonar_samples import UTC_NS, make_ping
 
@@ -122,7 +122,7 @@ def test_over_tcp_everything_travels_in_network_frames_and_a_connection_begins_w
 def test_requests_go_to_the_sonar_that_was_received_and_its_settings_are_decoded_once() -> None:
     made = protocol(range_m=50.0)
     feed(made, make_ping(1), S, device=7128)
-    assert made.orders.reported == Controls(10.5, 0.0, 0.0)
+    assert made.setting_requests.reported == Controls(10.5, 0.0, 0.0)
     made.connected(S)
     (request,) = RecordFramer().feed(b"".join(made.requests(S)))
     assert (request.record_type, request.device) == (7500, DeviceId(7128))

@@ -94,7 +94,7 @@ def test_a_vanished_path_and_a_replaced_device_are_noticed_without_a_read_error(
     third = Device(device.link)
     port.check(300 * MS)
     assert port.counters["port_losses"] == 2
-    assert port.fault == f"{device.link}: the device was replaced by another"
+    assert port.fault == f"{device.link}: the device was replaced"
     second.unplug()
     third.unplug()
 

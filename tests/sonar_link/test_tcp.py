@@ -153,7 +153,7 @@ def test_a_peer_that_takes_nothing_is_given_up_before_half_a_packet_spoils_the_r
     port = make_port(server)
     far = connected(port, server)
     assert not port.write(bytes(1 << 26), 0)
-    assert port.fault.endswith("the other end accepts no data")
+    assert port.fault.endswith("the other end does not accept data")
     assert port.fd is None
     far.close()
     port.close()

@@ -43,7 +43,7 @@ def test_poses_by_can_and_pings_by_serial_line_become_obstacles_for_a_planner_of
 def test_a_user_outside_the_group_is_refused_and_reported_so(life: Life) -> None:
     picture = life.planner("stranger", patience_s=3.0)
     assert not picture.valid
-    assert "no right to open" in picture.reasons[0]
+    assert "no permission to open" in picture.reasons[0]
 
 
 def test_the_processes_run_as_ods(life: Life) -> None:
@@ -79,7 +79,7 @@ def test_the_journal_is_for_its_group(life: Life) -> None:
 def test_doctor_finds_all_processes_well(life: Life) -> None:
     text = life.guest.ask("/opt/ods/bin/ods", "doctor", "--config", CONFIG, user="ods")[1]
     for name in ("nav", "sonar", "pipeline", "tracker"):
-        assert f"{name}: runs and is well" in text
+        assert f"{name}: runs without problems" in text
 
 
 @pytest.mark.parametrize(("signal", "said"), [("STOP", "Watchdog timeout"), ("KILL", "status=9/KILL")])

@@ -13,7 +13,7 @@ from ods.base.geodesy import LocalFrame
 from ods.cli import main
 from ods.messages import Ping
 from ods.offline.mission import Mission, MissionSettings
-from ods.offline.poses import way_of
+from ods.offline.poses import pose_track_of
 from ods.offline.source import open_source
 from ods.recording.mcap.segment import Logged, Segment
 from ods.sonar_link.files.opening import open_pings
@@ -73,7 +73,7 @@ def _record(folder: Path) -> None:
     (folder / "recorded").mkdir()
     segment = Segment(folder / "recorded" / "0.mcap", 0, {"ods": {"utc_offset_ns": "0"}})
     segment.enclose("config.toml", "text/plain", b"[site]\nlatitude_deg = -10.0\nlongitude_deg = 20.0\n", 0)
-    for pose in way_of(folder / "pings.npz", recording).poses:
+    for pose in pose_track_of(folder / "pings.npz", recording).poses:
         segment.write([Logged("pose", pose.t_ns, msgspec.msgpack.encode(pose))])
     for ping in recording.pings:
         segment.write([Logged("ping", ping.t_ns, msgspec.msgpack.encode(ping))])
@@ -143,7 +143,7 @@ def test_s7k_with_poses(folder: Path, capsys: pytest.CaptureFixture[str]) -> Non
             latitude, longitude, height = site.geodetic(place)
             pose = GeodeticPose(float(np.radians(latitude)), float(np.radians(longitude)), float(height), 0.0, 0.0, 0.0)
             file.write(encode_pose(pose, ping.t_ns + UTC_NS))
-    way = way_of(path, open_pings(path), site)
+    way = pose_track_of(path, open_pings(path), site)
     assert np.array([pose.position_ned for pose in way.poses]) == pytest.approx(recording.position_ned, abs=1e-6)
     assert way.poses[5].velocity_body == pytest.approx((1.0, 0.2, 0.0), abs=0.01)
     lists = _lists(capsys, path, "--geojson", folder / "ways.json")

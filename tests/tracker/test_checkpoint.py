@@ -17,8 +17,8 @@ from ods.base.geodesy import SiteSettings
 from ods.messages import Detections, ObstacleList, Pose, Sector
 from ods.pose.buffer import PoseSettings
 from ods.pose.utc import VehicleUtc
-from ods.runtime.state_files import kept_file
-from ods.runtime.state_files.kept_file import HEAD, KeptFile
+from ods.runtime.state_files import state_file
+from ods.runtime.state_files.state_file import HEAD, StateFile
 from ods.tracker.map.link import OBJECTS_A_PACKET
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
@@ -127,14 +127,14 @@ def test_another_configuration_or_site_begins_anew(folder: Folder) -> None:
 
 def test_another_boot_begins_anew(folder: Folder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "boot_id").write_text("01234567-89ab-cdef-0123-456789abcdef\n")
-    monkeypatch.setattr(kept_file, "BOOT_ID", tmp_path / "boot_id")
+    monkeypatch.setattr(state_file, "BOOT_ID", tmp_path / "boot_id")
     left = folder.files().read(101 * NS, 10.0)
     assert (left.next_id, left.lost, left.mission, folder.complaints) == (None, False, None, [])
 
 
 def test_where_the_boot_cannot_be_reported_it_begins_anew(folder: Folder, monkeypatch: pytest.MonkeyPatch) -> None:
     """As in a sandbox without /proc/sys: the tracker could not start there."""
-    monkeypatch.setattr(kept_file, "BOOT_ID", folder.folder / "hidden")
+    monkeypatch.setattr(state_file, "BOOT_ID", folder.folder / "hidden")
     for _ in range(2):
         left = folder.files().read(101 * NS, 10.0)
         assert (left.next_id, left.lost, left.mission, folder.complaints) == (None, False, None, [])
@@ -220,34 +220,34 @@ def test_objects_that_cannot_be_are_refused_or_harmless(which: int, place: int, 
 
 
 def test_a_folder_that_is_gone_or_full_is_an_error_and_leaves_the_old_file(folder: Folder, tmp_path: Path) -> None:
-    file, before = KeptFile(folder.path), folder.path.read_bytes()
+    file, before = StateFile(folder.path), folder.path.read_bytes()
     folder.path.with_name("tracker.checkpoint.new").mkdir()
     with pytest.raises(OSError):  # noqa: PT011
         file.write(b"new")
     assert folder.path.read_bytes() == before
     with pytest.raises(FileNotFoundError):
-        KeptFile(tmp_path / "gone" / "file").write(b"new")
+        StateFile(tmp_path / "gone" / "file").write(b"new")
 
 
 def test_an_ended_mission_leaves_its_ids_only(folder: Folder) -> None:
     folder.files().write(100 * NS, 77, None)
     left = folder.files().read(101 * NS, 10.0)
     assert (left.next_id, left.mission, left.known) == (77, None, [])
-    assert msgspec.msgpack.decode(KeptFile(folder.path).read() or b"", type=Checkpoint).mission is None
+    assert msgspec.msgpack.decode(StateFile(folder.path).read() or b"", type=Checkpoint).mission is None
 
 
 def test_a_disk_that_stalls_holds_up_no_list(folder: Folder, monkeypatch: pytest.MonkeyPatch) -> None:
     """The run folder is on a disk where there is no /run of one's own: the tracker stood while the disk did."""
-    files, answers, written = folder.files(), threading.Event(), KeptFile.write
+    files, answers, written = folder.files(), threading.Event(), StateFile.write
 
-    def stalled(self: KeptFile, content: bytes) -> None:
+    def stalled(self: StateFile, content: bytes) -> None:
         answers.wait(20.0)
         written(self, content)
 
-    monkeypatch.setattr(KeptFile, "write", stalled)
+    monkeypatch.setattr(StateFile, "write", stalled)
     begun_s = time.monotonic()
     for number in range(1, 6):
-        with pytest.raises(OSError, match="the disk of the run folder does not answer"):
+        with pytest.raises(OSError, match="the disk of the run folder does not respond"):
             files.write((100 + number) * NS, 70 + number, None)
     assert time.monotonic() - begun_s < 5.0
     answers.set()

@@ -66,7 +66,7 @@ class Desk:
             process=PROCESSES["tracker"],
             run_dir=run_dir,
             publish=self.publish,
-            complain_once=print,
+            log_once=print,
             overload=str,
         )
         site = SiteSettings(latitude_deg=57.0, longitude_deg=10.0)

@@ -1,4 +1,4 @@
-"""A make-believe INS that speaks CANopen with the objects of config/ins.eds: 20 poses a second, python-can only.
+"""A simulated INS that speaks CANopen with the objects of config/ins.eds: 20 poses a second, python-can only.
 
 python canopen_ins.py vcan0 START_S
 """

@@ -1,4 +1,4 @@
-"""A make-believe INS of awkward habits: awkward.dbc, 29-bit identifiers, Motorola byte order, body forward, left, up in
+"""A simulated INS of awkward habits: awkward.dbc, 29-bit identifiers, Motorola byte order, body forward, left, up in
 east, north, up, km/h, and a clock that is sent first with the highest identifier. 20 poses a second, python-can only.
 
 python dbc_ins.py vcan0 START_S

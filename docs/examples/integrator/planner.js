@@ -1,5 +1,5 @@
 // A planner in JavaScript without any package: the few parts of ZMTP 3.0 (rfc.zeromq.org/spec/23) and msgpack that it
-// takes to listener obstacle lists. Prints a line of JSON for each. With the package zeromq it is ten lines, as in Python.
+// takes to receive obstacle lists. Prints a line of JSON for each. With the package zeromq it is ten lines, as in Python.
 //
 // node planner.js RUN_DIR LISTS
 "use strict";

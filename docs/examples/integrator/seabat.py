@@ -1,4 +1,4 @@
-"""A make-believe SeaBat: five pings a second of the records in docs/sonars/s7k.md, and one object in the water.
+"""A simulated SeaBat: five pings a second of the records in docs/sonars/s7k.md, and one object in the water.
 
 python seabat.py tcp:PORT START_S NORTH EAST DOWN        a 7k centre: network frames, sends what is subscribed to
 python seabat.py serial:LINK START_S NORTH EAST DOWN     a pseudo-terminal, LINK points to it: the records as they are

@@ -1,4 +1,4 @@
-"""Where the make-believe vehicle is: it sails straight on, a little nose up and listing to port.
+"""Where the simulated vehicle is: it sails straight on, a little nose up and listing to port.
 
 Sonar and INS of these examples share it, so that what the sonar sees fits where the INS says to be. Without ODS's code.
 """

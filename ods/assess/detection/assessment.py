@@ -106,7 +106,7 @@ def _checks(count: int, real: Sequence[tuple[Path, Path]]) -> Iterator[str]:
     for recording, labels in real:
         yield from check_recording(recording, labels)
     if not real:
-        yield "real frames are left out: --real RECORDING LABELS gives some"
+        yield "real frames are omitted: add some with --real RECORDING LABELS"
 
 
 def measure(effort: Effort) -> list[SettingRow]:

@@ -13,7 +13,7 @@ from ods.assess.detection.chains import DEFAULT
 from ods.assess.detection.measure import Accuracy, SettingRow
 from ods.assess.detection.metrics import CONFIDENCE, pareto_front
 from ods.base.arrays import Floats
-from ods.plots.chart import dress, label_points, number, save_figure
+from ods.plots.chart import label_points, number, save_figure, style_axes
 from ods.plots.style import ACCENT, MARK, QUIET, drawn_in
 
 ABOVE, AXES, BELOW, LINE = 0.8, 5.6, 0.9, 0.19
@@ -75,7 +75,7 @@ class Panel:
         if share[best] > share[default]:
             inside = self.accuracy[default].interval[1] >= share[best]
             lines.append(
-                f"the best, {best}, finds {share[best]:.3f} in {ms[best] / ms[default]:.2f} times the time,"
+                f"the best setting, {best}, finds {share[best]:.3f} in {ms[best] / ms[default]:.2f} times the time,"
                 f" {'inside' if inside else 'above'} the default's error bar"
             )
         return lines
@@ -107,7 +107,7 @@ def _draw(figure: Figure, axes: Axes, panel: Panel, title: str) -> None:
     ms, share, front = panel.ms, panel.share, panel.front
     axes.set_xscale("log")
     number(axes.xaxis)
-    dress(axes, title, "ms an image of 60 x 2000, everything included, one core", "detection probability")
+    style_axes(axes, title, "ms an image of 60 x 2000, everything included, one core", "detection probability")
     axes.plot(ms, share, "o", color=QUIET, ms=2.5, alpha=0.7)
     axes.plot(ms[front], share[front], color=ACCENT, lw=1.0, drawstyle="steps-post")
     for index in panel.named:

@@ -15,19 +15,21 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_style(parser)
     parser.add_argument(
         "--real", type=Path, nargs=2, action="append", default=[], metavar=("RECORDING", "LABELS"),
-        help="check the default chain on labelled frames, too; may be given again",
+        help="also check the default chain on labelled frames; repeatable",
     )  # fmt: skip
     parser.add_argument(
         "--scene", type=Path, action="append", default=[], metavar="SCENE.toml",
-        help="with --own: images of a scene, or of all in a folder; may be given again",
+        help="with --own: images of a scene, or of all scenes in a folder; repeatable",
     )  # fmt: skip
-    parser.add_argument("--sonar", default="seabat6012", metavar="NAME", help="that --scene is seen by, or a path")
-    parser.add_argument("--own", action="store_true", help="judge all settings on --real and --scene, and nothing else")
+    parser.add_argument(
+        "--sonar", default="seabat6012", metavar="NAME", help="sonar for --scene: a name, or the path of its file"
+    )
+    parser.add_argument("--own", action="store_true", help="only rank all settings on --real and --scene")
     parser.add_argument(
         "--without", action="append", default=[], metavar="WORD",
-        help="leave settings out whose name has it, such as OS-CFAR, which take the longest; may be given again",
+        help="omit settings with this text in their name, such as OS-CFAR, the slowest; repeatable",
     )  # fmt: skip
-    parser.add_argument("--quick", action="store_true", help="a few images and settings, to see that it works")
+    parser.add_argument("--quick", action="store_true", help="a quick check with a few images and settings")
 
 
 def run(args: Namespace) -> None:

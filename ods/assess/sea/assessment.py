@@ -12,10 +12,10 @@ from rich.console import Console
 from rich.progress import track as progress
 
 from ods.assess.scene_files import SEA_BEDS, scene_files
-from ods.assess.sea.bodies import SceneBodies
 from ods.assess.sea.judge import SceneScore, judge
 from ods.assess.sea.kind_run import run_kinds
 from ods.assess.sea.run import detected, images_of, listed, scene_with_seed
+from ods.assess.sea.scene_objects import SceneObjects
 from ods.assess.sea.table import condensed, margin_table, scene_table, target_table
 from ods.assess.sea.trial import Draw, Trial
 from ods.base.choices import none_of
@@ -97,4 +97,4 @@ def score_of(trial: Trial, draw: Draw) -> SceneScore:
     shots = images_of(scene, trial.sonar, trial.seconds, trial.kept)
     pings = detected(shots, scene, trial.pipeline, knows_altitude=trial.knows_altitude)
     lists = listed(pings, scene, trial.tracker, knows_altitude=trial.knows_altitude)
-    return judge(draw.name, lists, SceneBodies(scene, trial.clearance_m), draw.seed)
+    return judge(draw.name, lists, SceneObjects(scene, trial.clearance_m), draw.seed)

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from ods.assess.sea.judge import SceneScore
 from ods.assess.sea.table import FALSE_LIMIT, TRACKED_LIMIT
-from ods.plots.chart import dress
+from ods.plots.chart import style_axes
 from ods.plots.style import ACCENT, MARK, STRONG
 
 
@@ -26,9 +26,9 @@ def chart(scores: Sequence[SceneScore]) -> Figure:
     false.set_yticks(rows, [score.name for score in scores])
     false.invert_yaxis()
     false.margins(x=0.12, y=0.02)
-    dress(false, "false obstacles", "a minute; dotted: most that may be", "")
-    dress(tracked, "objects tracked", "% of the lists; dotted: least that must be", "")
-    dress(range_of, "confirmed", "at a distance of, m", "")
+    style_axes(false, "false obstacles", "per minute; dotted: upper limit", "")
+    style_axes(tracked, "objects tracked", "% of the lists; dotted: lower limit", "")
+    style_axes(range_of, "confirmed", "at a distance of, m", "")
     _label(false, [score.false_a_minute for score in scores])
     return figure
 

@@ -18,10 +18,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Scenes, effort and chart."""
     parser.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
     add_style(parser)
-    parser.add_argument("--scenes", nargs="+", metavar="NAME", help=f"of those in config/{SEA_BEDS} (default: all)")
+    parser.add_argument("--scenes", nargs="+", metavar="NAME", help=f"scenes of config/{SEA_BEDS} (default: all)")
     parser.add_argument(
         "--scene", type=Path, action="append", default=[], metavar="SCENE.toml",
-        help="this scene, or all in a folder, instead; may be given again",
+        help="another scene, or all in a folder, instead; repeatable",
     )  # fmt: skip
     parser.add_argument(
         "--kinds", nargs="*", metavar="KIND", help="of scenes beyond sea-beds, instead: other sonars, hovering, other "
@@ -34,15 +34,15 @@ def add_arguments(parser: ArgumentParser) -> None:
     clearance = number(0.0, 1000.0, "metres")
     parser.add_argument("--clearance", type=clearance, default=CLEARANCE_M, metavar="M", help="what is lower over the "
                         f"sea-bed need not be tracked (default: {CLEARANCE_M:g})")  # fmt: skip
-    parser.add_argument("--no-altitude", action="store_true", help="leave the altitude out of the vehicle's pose")
-    parser.add_argument("--images", type=Path, metavar="FOLDER", help="keep the images there, and take them from there")
+    parser.add_argument("--no-altitude", action="store_true", help="omit the altitude from the vehicle's pose")
+    parser.add_argument("--images", type=Path, metavar="FOLDER", help="folder in which images are stored and reused")
     parser.add_argument("--jobs", type=positive_int, default=1, metavar="N", help="scenes at a time (default: 1)")
 
 
 def run(args: Namespace) -> None:
     """Run the scenes, print the tables, draw the chart. Raises OdsError."""
     if args.kinds is not None and (args.scenes or args.scene or args.out):
-        raise OdsError("--kinds: goes without --scenes, --scene and --out")
+        raise OdsError("--kinds: cannot be combined with --scenes, --scene or --out")
     refuse_missing(args.config, *args.scene)
     refuse_unwritable(args.out, read=(args.config,))
     from ods.assess.sea.assessment import run as work  # takes seconds: after what may be wrong

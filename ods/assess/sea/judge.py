@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ods.assess.sea.bodies import SceneBodies, group_of
 from ods.assess.sea.run import Listed
+from ods.assess.sea.scene_objects import SceneObjects, group_of
 from ods.base.arrays import Mask
 from ods.base.clock import NS
 from ods.messages import Truth
@@ -81,7 +81,7 @@ class SceneScore:
         return min(shares, default=float("nan"))
 
 
-def judge(scene: str, lists: Sequence[Listed], bodies: SceneBodies, seed: int = 0) -> SceneScore:
+def judge(scene: str, lists: Sequence[Listed], bodies: SceneObjects, seed: int = 0) -> SceneScore:
     """Return the score of the lists of a scene's draw `seed`, one a ping; there are some."""
     logs = {name: _TargetLog(name) for name in bodies.targets}
     away: Counter[int] = Counter()

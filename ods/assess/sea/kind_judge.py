@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.assess.sea.bodies import SceneBodies
 from ods.assess.sea.judge import NEAR_M, SceneScore, judge
 from ods.assess.sea.kinds import Kind
 from ods.assess.sea.run import Listed
+from ods.assess.sea.scene_objects import SceneObjects
 from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.messages import Obstacle, ObstacleList, Truth
@@ -50,7 +50,7 @@ class TrackedList(NamedTuple):
     tracker_ms: float
 
 
-def judged(kind: Kind, lists: Sequence[TrackedList], bodies: SceneBodies, seed: int) -> KindScore:
+def judged(kind: Kind, lists: Sequence[TrackedList], bodies: SceneObjects, seed: int) -> KindScore:
     """Return the score of the lists of a kind, one a ping; there are some."""
     score = judge(kind.name, [_listed(item) for item in lists], bodies, seed)
     marked = {each.id for item in lists for each in item.list.obstacles if each.multipath_of >= 0}
@@ -94,7 +94,7 @@ def _places(obstacles: Sequence[Obstacle]) -> Floats:
     return np.array([each.position_ned[:2] for each in obstacles], np.float64).reshape(-1, 2)
 
 
-def _errors(item: TrackedList, bodies: SceneBodies) -> Iterator[tuple[float, float]]:
+def _errors(item: TrackedList, bodies: SceneObjects) -> Iterator[tuple[float, float]]:
     """Yield squared horizontal error, m2, and that over the reported covariance, of the active obstacle nearest to each
     body that has one near."""
     active = [each for each in item.list.obstacles if each.state == "active" and each.multipath_of < 0]

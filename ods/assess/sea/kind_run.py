@@ -9,11 +9,11 @@ import msgspec
 import numpy as np
 from rich.progress import track as progress
 
-from ods.assess.sea.bodies import SceneBodies
 from ods.assess.sea.kind_judge import KindScore, TrackedList, judged
 from ods.assess.sea.kind_table import kind_table
 from ods.assess.sea.kinds import Kind, PoseNoise, kinds_named
 from ods.assess.sea.run import images_of, scene_with_seed
+from ods.assess.sea.scene_objects import SceneObjects
 from ods.assess.sea.trial import Trial
 from ods.base.clock import NS
 from ods.base.files.shipped import shipped_file
@@ -64,7 +64,7 @@ def kind_score(trial: Trial, draw: tuple[Kind, int]) -> KindScore:
     count = int(min(trial.seconds, scene.file.duration_s) / sonar.ping_period_s) + 2
     poses = reported_poses(scene, [round(k * sonar.ping_period_s * NS) for k in range(count)], kind.noise, seed)
     lists = tracked_lists(pings(), poses, MissionSettings(pipeline=trial.pipeline, tracker=trial.tracker), truths)
-    return judged(kind, lists, SceneBodies(scene, trial.clearance_m), seed)
+    return judged(kind, lists, SceneObjects(scene, trial.clearance_m), seed)
 
 
 def reported_poses(scene: Scene, t_ns: Sequence[int], noise: PoseNoise | None, seed: int) -> list[Pose]:

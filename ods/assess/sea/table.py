@@ -44,7 +44,7 @@ def scene_table(scores: Sequence[SceneScore]) -> Table:
 def target_table(scores: Sequence[SceneScore]) -> Table:
     """Return one line an object."""
     table = _table("scene", "object", "lists", "tracked", "confirmed at m", "after s", "margin dB")
-    table.caption = "margin: how much more it is over its surroundings than echoes have to be to be received, median"
+    table.caption = "margin: median level over the surroundings, less the detection threshold"
     for score in scores:
         for target in score.targets:
             table.add_row(

@@ -38,7 +38,7 @@ def run(args: Namespace) -> None:
             configured = load_table(args.config, "tracker", TrackerSettings, OnboardConfig)
             PLUGINS.load(configured.plugins)
         if args.first_seed < 0:
-            raise OdsError("--first-seed: no seed is below 0")
+            raise OdsError("--first-seed: must not be negative")
         count = args.seeds or (1 if args.quick else SEEDS)
         trackers = contenders(args.trackers, configured)
         seeds = range(args.first_seed, args.first_seed + count)

@@ -14,18 +14,20 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
     add_style(parser)
     parser.add_argument("--seeds", type=positive_int, metavar="N", help="runs of each scenario (default: 5)")
-    parser.add_argument("--first-seed", type=int, default=0, metavar="N", help="the first of them (default: 0)")
+    parser.add_argument("--first-seed", type=int, default=0, metavar="N", help="seed of the first run (default: 0)")
     parser.add_argument("--scenarios", nargs="+", default=[], metavar="NAME", help="only these")
     parser.add_argument(
         "--trackers", nargs="+", default=[], metavar='"OBSERVER, ASSOCIATION"',
-        help="only these instead of every observer with every association",
+        help="only these combinations of observer and association",
     )  # fmt: skip
-    parser.add_argument("--peers", action="store_true", help="run the library Stone Soup beside ours: minutes")
+    parser.add_argument(
+        "--peers", action="store_true", help="also run the trackers of the library Stone Soup; takes minutes"
+    )
     parser.add_argument(
         "--scene", type=Path, action="append", default=[], metavar="SCENE.toml",
-        help="objects and vehicle of this scene, or of all in a folder, instead of the scenarios; may be given again",
+        help="objects and vehicle of this scene, or of all scenes in a folder, instead of the scenarios; repeatable",
     )  # fmt: skip
-    parser.add_argument("--quick", action="store_true", help="a few scenarios, to see that it works")
+    parser.add_argument("--quick", action="store_true", help="a quick check with a few scenarios")
     parser.add_argument("--figures", type=Path, metavar="OUT.png", help="draw figures 6 and 7 of [SSIE] instead")
     parser.add_argument("--save", type=Path, metavar="FOLDER", help="write the scenarios for `ods track` instead")
 

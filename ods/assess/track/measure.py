@@ -84,11 +84,11 @@ def rows(
     """Yield the rows scenario by scenario; the library runs with the first seed only."""
     for name, kind in kinds.items():
         cases = [make(name, seed, kinds) for seed in seeds]
-        truth = [score(case, reference.follow_reference(case)) for case in cases]
+        truth = [score(case, reference.run_reference(case)) for case in cases]
         found: dict[str, list[Scores]] = {tracker: [] for tracker in trackers}
         for case in cases:
             for tracker, settings in trackers.items():
-                found[tracker].append(score(case, record.follow_ours(case.scenario, settings)))
+                found[tracker].append(score(case, record.run_tracker(case.scenario, settings)))
         for tracker, scores in found.items():
             yield replace(_row_of(tracker, scores, truth), scenario=name, limits=kind.limits)
         for peer in kind.peers if with_peers else ():

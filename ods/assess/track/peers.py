@@ -32,7 +32,7 @@ def available() -> bool:
     return True
 
 
-def follow_peer(case: Case, association: str) -> Record:
+def run_peer(case: Case, association: str) -> Record:
     """Run the library's tracker, `association` "GNN" or "JPDA", over a scenario."""
     detector = _Detector(case)
     tracker = _tracker(case, detector, association)
@@ -121,6 +121,6 @@ def _tracker(case: Case, detector: Any, association: str) -> Any:
 
 
 PEERS: dict[str, Callable[[Case], Record]] = {
-    "Stone Soup, GNN": lambda case: follow_peer(case, "GNN"),
-    "Stone Soup, JPDA": lambda case: follow_peer(case, "JPDA"),
+    "Stone Soup, GNN": lambda case: run_peer(case, "GNN"),
+    "Stone Soup, JPDA": lambda case: run_peer(case, "JPDA"),
 }

@@ -26,7 +26,7 @@ class Record:
     """(K,) CPU time of each step."""
 
 
-def follow_ours(case: Scenario, settings: TrackerSettings) -> Record:
+def run_tracker(case: Scenario, settings: TrackerSettings) -> Record:
     """Run our tracker over a scenario, as `ods track` does."""
     tracker = scenario.tracker_for(case, settings)
     rows, spreads, cpu_ms = [np.zeros((0, 8))], [np.zeros((0, 3))], []

@@ -25,7 +25,7 @@ VELOCITY_SIGMA = 1.0
 """Of a moving object at its first echo, m/s."""
 
 
-def follow_reference(case: Case) -> Record:
+def run_reference(case: Case) -> Record:
     """Return the tracks of the filters, all objects in one array; the object's index is its identity."""
     count, moving = case.truth.shape[1], case.moving
     state, covariance = np.zeros((count, 4)), np.zeros((count, 4, 4))

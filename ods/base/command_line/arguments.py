@@ -30,7 +30,7 @@ class Choice(NamedTuple):
             else:
                 raise ValueError(f"{self.text}: there is no {part}, {_those(count)}")
         if not chosen:
-            raise ValueError(f"{self.text} selects nothing: {_those(count)}")
+            raise ValueError(f"{self.text} selects none: {_those(count)}")
         return sorted(chosen)
 
 

@@ -6,7 +6,7 @@ _ARENA_MAX = -8
 """Of glibc's mallopt."""
 
 
-def share_one_pool() -> None:
+def use_one_arena() -> None:
     """Let threads share the pool that they allocate from: glibc would keep what was freed in one for each of them.
 
     To be called before there are threads. Other C libraries are left as they are.
@@ -16,7 +16,7 @@ def share_one_pool() -> None:
         mallopt(_ARENA_MAX, 1)
 
 
-def give_back_freed() -> None:
+def release_freed_memory() -> None:
     """Give back what this process has freed: it takes milliseconds, and as long again when it is needed next."""
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim is not None:

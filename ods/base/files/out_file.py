@@ -19,9 +19,9 @@ def refuse_unwritable(*paths: Path | None, read: Sequence[Path | None] = ()) -> 
     for place, path in enumerate(wanted):
         why_not = _why_not(path)
         if not why_not and _is_one_of(path, read):
-            why_not = "is read here, and is not overwritten"
+            why_not = "is an input, and is not overwritten"
         if not why_not and _is_one_of(path, wanted[:place]):
-            why_not = "two results cannot go into one file"
+            why_not = "two results cannot be written to one file"
         if why_not:
             raise OdsError(f"{path}: {why_not}")
 
@@ -65,7 +65,7 @@ def _why_not(path: Path) -> str:
         there = path if path.exists() else path.parent
     except OSError as error:  # such as a name that is too long
         return reason_of(error)
-    return "" if os.access(there, os.W_OK) else f"no right to write {there}, or its disk is read-only"
+    return "" if os.access(there, os.W_OK) else f"no permission to write {there}, or its disk is read-only"
 
 
 def _is_one_of(path: Path, others: Sequence[Path | None]) -> bool:

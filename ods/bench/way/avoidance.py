@@ -107,7 +107,7 @@ def missed(found: Avoidance, limits: AvoidLimits) -> dict[str, str]:
 
 
 def _nearest(mission: Mission, flown: list[VehicleTruth]) -> tuple[float, str, float]:
-    """Return the least clearance, the object that it was to, and the least height over the bottom."""
+    """Return the least clearance, the object that it was to, and the smallest height over the bottom."""
     clear, nearest, bottom = math.inf, "", math.inf
     bed = mission.scene.sea_bed
     for truth in flown:

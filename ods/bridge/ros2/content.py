@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 
 from ods.base.frames import quaternion
-from ods.bridge.moment import Moment
+from ods.bridge.extrapolated_list import ExtrapolatedList
 from ods.messages import ObstacleList, Pose, PoseAt
 from ods.ros2 import enu
 from ods.ros2.markers import markers
@@ -16,11 +16,11 @@ from ods.ros2.tracks import tracks
 NAME = "ods: obstacles"
 
 
-def now(moment: Moment, most: int) -> ObstacleList:
+def now(extrapolated: ExtrapolatedList, most: int) -> ObstacleList:
     """Return the list with the nearest obstacles, and the vehicle, where they are at the instant of sending."""
-    there = [msgspec.structs.replace(o, position_ned=moment.place(o)) for o in moment.nearest(most)]
-    pose = msgspec.structs.replace(moment.pose, position_ned=moment.vehicle())
-    return msgspec.structs.replace(moment.obstacle_list, obstacles=there, pose=pose)
+    there = [msgspec.structs.replace(o, position_ned=extrapolated.place(o)) for o in extrapolated.nearest(most)]
+    pose = msgspec.structs.replace(extrapolated.pose, position_ned=extrapolated.vehicle())
+    return msgspec.structs.replace(extrapolated.obstacle_list, obstacles=there, pose=pose)
 
 
 def heeded(obstacle_list: ObstacleList) -> ObstacleList:

@@ -29,11 +29,11 @@ STREAM_DEPTH = 10
 class DdsSender:
     """A participant with its writers, made again when the interface was away or got another address.
 
-    `complain`: counts by the name given, and says the text once. Names: `interface_losses`, `unsent_messages`.
+    `log_once`: counts under a name, and logs the text once. Names: `interface_losses`, `unsent_messages`.
     """
 
-    def __init__(self, settings: Ros2Settings, store: Typestore, complain: Callable[[str, str], None]) -> None:
-        self._settings, self._store, self._complain = settings, store, complain
+    def __init__(self, settings: Ros2Settings, store: Typestore, log_once: Callable[[str, str], None]) -> None:
+        self._settings, self._store, self._log_once = settings, store, log_once
         self._types = DdsTypes(store)
         self._backoff = Backoff(FIRST_S, LONGEST_S)
         self._domain: Domain | None = None
@@ -54,7 +54,7 @@ class DdsSender:
         try:
             address = address_of(self._settings.interface)
             if self._writers and address != self._address:
-                raise OSError("the interface got another address")
+                raise OSError("the interface's address has changed")
             if not self._writers:
                 self._open()
                 self._address, self._away = address, ""
@@ -62,7 +62,7 @@ class DdsSender:
             self.nodes = sum(len(writer.get_matched_subscriptions()) for writer, _ in self._writers.values())
         except (OSError, DDSException) as error:
             self._away = f"{self._settings.interface}: {error}"
-            self._complain("interface_losses", self._away)
+            self._log_once("interface_losses", self._away)
             self.close()
             self._look_ns = now_ns + round(self._backoff.failed() * clock.NS)
 
@@ -73,14 +73,14 @@ class DdsSender:
     def send(self, key: str, cdr: bytes) -> bool:
         """Write a message of a topic; return whether it was written."""
         if key not in self._writers:
-            self._complain("unsent_messages", self._away or "DDS has not started")
+            self._log_once("unsent_messages", self._away or "DDS has not started")
             return False
         writer, sample = self._writers[key]
         try:
             writer.write(sample(cdr))
         except DDSException as error:
             self._refused = str(error)
-            self._complain("unsent_messages", self._refused)
+            self._log_once("unsent_messages", self._refused)
             return False
         self._refused = ""
         return True

@@ -5,7 +5,7 @@ from typing import Any
 import cyclonedds  # noqa: F401  # before rosbags, so that it is this extra that is said to be missing
 
 from ods.base import clock
-from ods.bridge.moment import Moment, is_finite
+from ods.bridge.extrapolated_list import ExtrapolatedList, is_finite
 from ods.bridge.ros2 import content
 from ods.bridge.ros2.sender import DdsSender
 from ods.bridge.ros2.topics import wanted
@@ -35,7 +35,7 @@ class Ros2Worker(ListWorker):
         table = self._table = self.table(Ros2Settings)
         self._make = Messages(Frames(table.map_frame, table.vehicle_frame))
         self._kinds: dict[str, str] = {row.key: row.kind for row in wanted(table)}
-        self._sender = DdsSender(table, self._make.store, service.complain_once)
+        self._sender = DdsSender(table, self._make.store, service.log_once)
         self._clearance: Clearance | None = None
         self._ping: Ping | None = None
         self._clearance_due_ns = self._image_due_ns = 0
@@ -67,17 +67,17 @@ class Ros2Worker(ListWorker):
         """Keep what the verdict is about."""
         self._last = obstacle_list
 
-    def send(self, moment: Moment) -> None:
+    def send(self, extrapolated: ExtrapolatedList) -> None:
         """Write a list's messages, for the instant of sending; none is made without a subscriber."""
         counters = self.service.counters
         keys = [key for key in content.OF_LISTS if self._is_received(key)]
         if not keys:
-            self.service.complain_once("unheard_lists", self._sender.problem() or "no node has subscribed")
+            self.service.log_once("unheard_lists", self._sender.problem() or "no node has subscribed")
             return
-        obstacle_list, stamp_ns = content.now(moment, self._table.most_obstacles), moment.utc_ns
+        obstacle_list, stamp_ns = content.now(extrapolated, self._table.most_obstacles), extrapolated.utc_ns
         sent = [self._write(key, content.OF_LISTS[key](self._make, stamp_ns, obstacle_list)) for key in keys]
         counters["sent_lists"] += all(sent)
-        counters["left_out_obstacles"] += moment.left_out(len(obstacle_list.obstacles))
+        counters["left_out_obstacles"] += extrapolated.left_out(len(obstacle_list.obstacles))
 
     def _is_received(self, key: str) -> bool:
         return key in self._kinds and self._sender.is_received(key)
@@ -105,7 +105,7 @@ class Ros2Worker(ListWorker):
         try:
             image = self._make.image(ping.utc_ns, within(ping, self._table.image_bytes))
         except ValueError as error:
-            self.service.complain_once("unfit_images", str(error))
+            self.service.log_once("unfit_images", str(error))
             return
         self._write("image", image)
 

@@ -14,10 +14,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Whose key."""
     parser.add_argument("name", metavar="NAME", help="of the client: letters, digits and ._-")
     parser.add_argument(
-        "--operator", action="store_true", help="the key of an operator, who may veto obstacles: `ods veto`"
+        "--operator", action="store_true", help="make an operator's key, which may veto obstacles (`ods veto`)"
     )
     parser.add_argument(
-        "--public", type=Path, metavar="FILE", help="with its public key, where it made its pair itself"
+        "--public", type=Path, metavar="FILE", help="file with the client's public key, if it has made its own pair"
     )
 
 
@@ -30,7 +30,7 @@ def run(args: Namespace) -> None:
         print(f"{args.name} may {may}; the public key of this vehicle: {folder.server().public}")
         return
     secret = folder.make(args.name)
-    print(f"{args.name} may {may} with {secret}: move it to where it is used, and leave no copy")
+    print(f"{args.name} may {may} with {secret}: move this file to the computer that uses it, and keep no copy")
 
 
 def _key_in(path: Path) -> str:

@@ -8,7 +8,7 @@ from ods.runtime.keys.key_folder import CLIENTS, OPERATORS
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Whose key."""
-    parser.add_argument("name", metavar="NAME", help="of the client, as `ods keys list` has it")
+    parser.add_argument("name", metavar="NAME", help="of the client, as in `ods keys list`")
     parser.add_argument("--operator", action="store_true", help="of an operator")
 
 
@@ -16,6 +16,6 @@ def run(args: Namespace) -> None:
     """Take it from the list. Raises OdsError."""
     folder_of(args.config, OPERATORS if args.operator else CLIENTS).revoke(args.name)
     if args.operator:
-        print(f"{args.name} may veto no longer; its vetoes last until they expire: `ods veto list`")
+        print(f"{args.name} may no longer veto; its vetoes remain until they expire (`ods veto list`)")
     else:
         print(f"{args.name} may no longer listen; `ods listen` closes its connections at once")

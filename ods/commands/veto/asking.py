@@ -63,4 +63,4 @@ def _meant(veto: Veto) -> str:
         where = f"a polygon of {len(region.corners_ne)} corners"
     else:
         where = f"{region.radius_m:.1f} m around {region.centre_ne[0]:.1f} {region.centre_ne[1]:.1f} m north east"
-    return f"what rests in {where}" if veto.id is None else f"obstacle {veto.id} within {where}"
+    return f"static obstacles in {where}" if veto.id is None else f"obstacle {veto.id} within {where}"

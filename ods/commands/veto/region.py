@@ -1,4 +1,4 @@
-"""`ods veto region`: a planner may ignore what rests in a region, for a time."""
+"""`ods veto region`: a planner may ignore static obstacles in a region for some time."""
 
 from argparse import ArgumentParser, Namespace
 
@@ -17,13 +17,17 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Where, why, and how long."""
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument(
-        "--circle", nargs=3, type=METRES, metavar=("NORTH", "EAST", "RADIUS"), help="in the local frame, m"
+        "--circle", nargs=3, type=METRES, metavar=("NORTH", "EAST", "RADIUS"), help="position in the local frame, m"
     )
     where.add_argument(
         "--polygon", nargs="+", type=METRES, metavar="NORTH EAST", help="its corners in order, at least three"
     )
     parser.add_argument(
-        "--down", nargs=2, type=METRES, metavar=("FROM", "TO"), help="depths, m; for sonars of several planes"
+        "--down",
+        nargs=2,
+        type=METRES,
+        metavar=("FROM", "TO"),
+        help="limits of the depth, m; for sonars of several planes",
     )
     add_reason(parser)
     add_time(parser)

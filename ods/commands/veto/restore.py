@@ -11,7 +11,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Which, and why."""
     which = parser.add_mutually_exclusive_group(required=True)
     which.add_argument("id", nargs="?", type=positive_int, metavar="ID", help="of the obstacle")
-    which.add_argument("--veto", type=int, metavar="NUMBER", help="of the veto, as `ods veto list` has it")
+    which.add_argument("--veto", type=int, metavar="NUMBER", help="of the veto, as in `ods veto list`")
     add_reason(parser)
 
 

@@ -62,7 +62,7 @@ def listen(run_dir: Path) -> Iterator[Received]:
             yield received
 
 
-def one_look(run_dir: Path) -> Received:
+def read_once(run_dir: Path) -> Received:
     """Return what is received until it is complete, LOOK_S at most. Raises RunDirError."""
     stop_ns = clock.monotonic_ns() + round(LOOK_S * clock.NS)
     return next(received for received in listen(run_dir) if received.complete() or clock.monotonic_ns() >= stop_ns)

@@ -15,16 +15,16 @@ FORMAT = 1
 """Of the object; another one when a field changes its meaning."""
 
 
-def text(received: Received, now_ns: int, hindrance: str = "") -> str:
+def text(received: Received, now_ns: int, unreachable_reason: str = "") -> str:
     """Return the object in one line; a number that is unknown is null.
 
-    hindrance: what keeps the list away, after a colon.
+    unreachable_reason: what keeps the list away, after a colon.
     """
-    return msgspec.json.encode(_whole(received, now_ns, hindrance)).decode()
+    return msgspec.json.encode(_whole(received, now_ns, unreachable_reason)).decode()
 
 
-def _whole(received: Received, now_ns: int, hindrance: str) -> dict[str, Any]:
-    newest, reasons = received.newest, _reasons(received, now_ns, hindrance)
+def _whole(received: Received, now_ns: int, unreachable_reason: str) -> dict[str, Any]:
+    newest, reasons = received.newest, _reasons(received, now_ns, unreachable_reason)
     return {
         "ods": FORMAT,
         "valid": not reasons,
@@ -37,10 +37,10 @@ def _whole(received: Received, now_ns: int, hindrance: str) -> dict[str, Any]:
     }
 
 
-def _reasons(received: Received, now_ns: int, hindrance: str) -> list[str]:
+def _reasons(received: Received, now_ns: int, unreachable_reason: str) -> list[str]:
     """Return why there is no list to be relied on; empty where there is one."""
     if received.newest is None:
-        return [f"no obstacle list yet{hindrance}"]
+        return [f"no obstacle list yet{unreachable_reason}"]
     if received.silent(now_ns):
         return [f"no obstacle list for {age_s(received.newest, now_ns):.1f} s"]
     return [] if received.newest.valid else received.newest.reasons or ["not valid"]

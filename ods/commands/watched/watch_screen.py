@@ -38,19 +38,19 @@ def screen_of(received: Received, hindered: Callable[[], str]) -> Group:
     """Return what the terminal shows of it now."""
     now_ns = clock.monotonic_ns()
     silent = received.silent(now_ns)
-    hindrance = hindered() if silent else ""
-    return screen(received.newest, received.health, now_ns, hindrance, None if silent else received.clear)
+    unreachable_reason = hindered() if silent else ""
+    return screen(received.newest, received.health, now_ns, unreachable_reason, None if silent else received.clear)
 
 
 def screen(
     newest: ObstacleList | None,
     health: dict[str, Health],
     now_ns: int,
-    hindrance: str = "",
+    unreachable_reason: str = "",
     clear: Clearance | None = None,
 ) -> Group:
-    """Return what the terminal shows at `now_ns`; `hindrance`: what keeps the list away, after a colon."""
-    lines = [_verdict(newest, now_ns, hindrance), *([Text(_ahead(clear))] if clear and clear.pose else [])]
+    """Return what the terminal shows at `now_ns`; `unreachable_reason`: what keeps the list away, after a colon."""
+    lines = [_verdict(newest, now_ns, unreachable_reason), *([Text(_ahead(clear))] if clear and clear.pose else [])]
     return Group(*lines, _obstacles(newest), _processes(health, now_ns))
 
 
@@ -64,15 +64,15 @@ def _ahead(clear: Clearance) -> str:
     k = math.floor(heading / (2.0 * math.pi) * count) % count
     known = sum(to > 0.0 for to in clear.clear_to_m)
     ahead = f"from {clear.clear_from_m[k]:.0f} to {clear.clear_to_m[k]:.0f} m" if clear.clear_to_m[k] else "not known"
-    return f"clear ahead: {ahead}; something is known in {known} of {count} sectors"
+    return f"clear ahead: {ahead}; water is known in {known} of {count} sectors"
 
 
-def _verdict(newest: ObstacleList | None, now_ns: int, hindrance: str) -> Text:
+def _verdict(newest: ObstacleList | None, now_ns: int, unreachable_reason: str) -> Text:
     if newest is None:
-        return Text(f"no obstacle list yet{hindrance}", style="bold red")
+        return Text(f"no obstacle list yet{unreachable_reason}", style="bold red")
     old_s = age_s(newest, now_ns)
     if old_s > bus.TOPICS["obstacles"].stale_s:
-        return Text(f"NOT VALID: no obstacle list for {old_s:.1f} s{hindrance}", style="bold red")
+        return Text(f"NOT VALID: no obstacle list for {old_s:.1f} s{unreachable_reason}", style="bold red")
     if not newest.valid:
         return Text("NOT VALID: " + "; ".join(newest.reasons), style="bold red")
     more = f", {newest.left_out} more farther away" if newest.left_out else ""

@@ -26,9 +26,9 @@ def examine(settings: CanSettings) -> Iterator[Finding]:
     if settings.channel.startswith("/"):
         yield from serial_device.examine(subject, settings.channel, "nav.can.channel")
     else:
-        yield Finding("note", subject, "is python-can's own: tried when the nav process starts, or with --listen")
+        yield Finding("note", subject, "is a python-can driver: tested when the nav process starts, or with --listen")
     if settings.interface == "slcan" and settings.bitrate is None:
-        yield Finding("note", subject, "nav.can.bitrate is not given: the adapter must have one of its own")
+        yield Finding("note", subject, "nav.can.bitrate is not set: the adapter must have its own")
 
 
 def _network(subject: str, settings: CanSettings) -> Iterator[Finding]:
@@ -37,10 +37,10 @@ def _network(subject: str, settings: CanSettings) -> Iterator[Finding]:
         flags, kind = int((folder / "flags").read_text(), 16), int((folder / "type").read_text())
         queue = int((folder / "tx_queue_len").read_text())
     except (OSError, ValueError):
-        yield Finding("wrong", subject, "no such interface: `ip link` lists those that are there")
+        yield Finding("wrong", subject, "no such interface: `ip link` lists the existing ones")
         return
     if kind != CAN_DEVICE:
-        yield Finding("wrong", subject, "is no CAN interface: `ip link show type can` lists those that are there")
+        yield Finding("wrong", subject, "is not a CAN interface: `ip link show type can` lists the existing ones")
         return
     if not flags & 1:
         yield Finding("wrong", subject, f"is down: `ip link set {settings.channel} up type can bitrate ...` as root")
@@ -86,9 +86,9 @@ def _set_up(subject: str, settings: CanSettings, data: dict[str, Any]) -> Iterat
         yield Finding("wrong", subject, f"runs at {rate} bit/s, but nav.can.bitrate, not used by socketcan, says "
                       f"{settings.bitrate}: {set_it} bitrate {settings.bitrate}`, or remove the key")  # fmt: skip
     if "LISTEN-ONLY" in data.get("ctrlmode", []):
-        yield Finding("note", subject, f"is listen-only, so nothing of ours goes out: {set_it} listen-only off`")
+        yield Finding("note", subject, f"is listen-only, so ODS cannot send: {set_it} listen-only off`")
     if not data.get("restart_ms"):
-        yield Finding("note", subject, f"stays dead after bus-off: {set_it} restart-ms 100`")
+        yield Finding("note", subject, f"stays off after bus-off: {set_it} restart-ms 100`")
 
 
 def _bitrate(data: dict[str, Any]) -> int | None:

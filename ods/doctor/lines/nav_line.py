@@ -16,6 +16,6 @@ def examine(settings: NavSettings) -> Iterator[Finding]:
     port = settings.nmea.port
     subject = f"NMEA {port}"
     if "://" in port:
-        yield Finding("note", subject, "is tried when the nav process starts, or with --listen")
+        yield Finding("note", subject, "is tested when the nav process starts, or with --listen")
     else:
         yield from serial_device.examine(subject, port, "nav.nmea.port")

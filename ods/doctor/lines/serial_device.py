@@ -18,16 +18,16 @@ def examine(subject: str, device: str, key: str) -> Iterator[Finding]:
     try:
         status = Path(device).stat()
     except OSError as error:
-        yield Finding("wrong", subject, f"{error.strerror}: is the adapter plugged in, and {key} right?")
+        yield Finding("wrong", subject, f"{error.strerror}: is the adapter plugged in, and is {key} correct?")
         return
     if not stat.S_ISCHR(status.st_mode):
-        yield Finding("wrong", subject, "is no serial device")
+        yield Finding("wrong", subject, "is not a serial device")
     elif not os.access(device, os.R_OK | os.W_OK):
-        yield Finding("wrong", subject, "may not be read and written by this user: join the group `dialout`")
+        yield Finding("wrong", subject, "cannot be read and written by this user: join the group `dialout`")
     else:
         yield Finding("good", subject, f"is there ({os.path.realpath(device)})")
         if device.startswith(BY_NUMBER):
-            yield Finding("note", subject, "may get another number when replugged: use its name in /dev/serial/by-id")
+            yield Finding("note", subject, "may change its number when replugged: use its name in /dev/serial/by-id")
         yield from latency_timer(subject, device)
 
 
@@ -42,5 +42,5 @@ def latency_timer(subject: str, device: str, devices: Path = USB_SERIAL) -> Iter
     except (OSError, ValueError):
         return
     if held_ms > PROMPT_MS:
-        yield Finding("note", subject, f"the adapter holds the last bytes back for up to {held_ms} ms: "
+        yield Finding("note", subject, f"the adapter holds back the last bytes for up to {held_ms} ms: "
                       f"`echo 1 > {file}` as root, or the udev rule in docs/sonars/s7k.md")  # fmt: skip

@@ -30,7 +30,7 @@ def examine(port: str, *, in_use: bool = False) -> Iterator[Finding]:
     """
     address = tcp_address(port)
     if address and in_use:
-        yield Finding("note", f"sonar {port}", "not tried: the sonar process has its connection")
+        yield Finding("note", f"sonar {port}", "not tested: the sonar process uses its connection")
     elif address:
         yield from _tcp(port, address)
     elif transport_of(port) == "udp":
@@ -44,7 +44,7 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
     sonar = msgspec.structs.replace(settings.sonar, range_m=None, power_db=None, gain_db=None)
     subject = f"sonar on {sonar.port}"
     if is_locked(settings.bus.run_dir, "sonar"):
-        yield Finding("note", subject, "not listened to: the sonar process has the line; `ods watch` shows its rates")
+        yield Finding("note", subject, "no data received: the sonar process uses the line; `ods watch` shows its rates")
         return
     counters: Counter[str] = Counter()
     try:
@@ -100,12 +100,14 @@ def _tcp(port: str, address: TcpAddress) -> Iterator[Finding]:
     """Connect to the sonar for a moment; a serial server may take one connection only, the sonar process's."""
     subject = f"sonar {port}"
     if address.transport == "socket":
-        yield Finding("note", subject, "is a serial server; it is tried when the sonar process starts")
+        yield Finding("note", subject, "is a serial server; it is tested when the sonar process starts")
         return
     try:
         socket.create_connection(address[:2], PROBE_S).close()
     except OSError as error:
         reason = error.strerror or f"no answer within {PROBE_S:g} s"
-        yield Finding("wrong", subject, f"{reason}: is the sonar on, the cable in, and sonar.port right?")
+        yield Finding(
+            "wrong", subject, f"{reason}: is the sonar on, is the cable connected, and is sonar.port correct?"
+        )
     else:
         yield Finding("good", subject, "takes connections")

@@ -32,7 +32,7 @@ def add_map_argument(parser: ArgumentParser) -> None:
 
 def add_within_argument(parser: ArgumentParser) -> None:
     """The area that is wanted."""
-    add_area_argument(parser, "--within", "only objects not farther from a place than this")
+    add_area_argument(parser, "--within", "only objects within this distance of a place")
 
 
 def add_area_argument(parser: ArgumentParser, option: str, help_text: str) -> None:

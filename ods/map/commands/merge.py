@@ -1,4 +1,4 @@
-"""`ods map merge`: two missions' maps as one."""
+"""`ods map merge`: merge the maps of two missions."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -15,7 +15,7 @@ from ods.tracker.settings import TrackerSettings
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Two maps and a third."""
-    parser.add_argument("first", type=Path, metavar="FIRST", help="its origin and its ids are kept")
+    parser.add_argument("first", type=Path, metavar="FIRST", help="its origin and ids are kept")
     parser.add_argument("second", type=Path, metavar="SECOND")
     parser.add_argument("--out", type=Path, metavar="MAP", required=True, help="a new file")
 
@@ -23,7 +23,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Write the map that holds what both maps hold; neither of them is changed. Raises OdsError."""
     if args.out.exists():
-        raise OdsError(f"{args.out}: exists already; a merged map is a new file")
+        raise OdsError(f"{args.out}: already exists; a merged map needs a new file")
     settings = load_table(args.config, "tracker", TrackerSettings, OnboardConfig) if args.config else TrackerSettings()
     with opened(copy_of_map(args.first)) as one, opened(copy_of_map(args.second)) as two:
         origin = one.origin_deg()

@@ -18,15 +18,15 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--existence-below", type=number(0.0, 1.0), metavar="P", help="existence probability, 0 to 1")
     parser.add_argument("--older-than", type=number(0.0, 1e6, "days"), metavar="DAYS", help="days since last seen")
     parser.add_argument("--seen-fewer", type=positive_int, metavar="N", help="times seen")
-    add_area_argument(parser, "--outside", "farther from a place than this")
-    parser.add_argument("--dry-run", action="store_true", help="only say what would be removed")
+    add_area_argument(parser, "--outside", "farther than this from a place")
+    parser.add_argument("--dry-run", action="store_true", help="only report what would be removed")
 
 
 def run(args: Namespace) -> None:
     """Take out what meets a criterion, and say which and why. Raises OdsError."""
     criteria = Criteria(args.existence_below, args.older_than, args.seen_fewer, args.outside)
     if not criteria:
-        raise OdsError("name what to remove: --existence-below, --older-than, --seen-fewer or --outside")
+        raise OdsError("say what to remove: --existence-below, --older-than, --seen-fewer or --outside")
     path = map_file(args.file, args.config)
     if not args.dry_run and os.path.isfile(path) and (reason := hindrance(path)):  # noqa: PTH113  which never raises
         raise OdsError(f"map {path}: {reason}")

@@ -21,7 +21,7 @@ class Motions(NamedTuple):
     turn_rad_s: Floats
 
 
-class Orders(NamedTuple):
+class VehicleCommands(NamedTuple):
     """Set points of n vehicles; each array (n,)."""
 
     heading_rad: Floats
@@ -35,9 +35,14 @@ def motion_of(state: VehicleState) -> Motions:
 
 
 def moved(
-    was: Motions, orders: Orders, can: VehicleSettings, current_m_s: tuple[float, float], dt_s: float, steps: int
+    was: Motions,
+    orders: VehicleCommands,
+    can: VehicleSettings,
+    current_m_s: tuple[float, float],
+    dt_s: float,
+    steps: int,
 ) -> tuple[Motions, Floats]:
-    """Return where they are after a number of steps, and (steps, n, 2) north, east on their way; see `Steered.step`."""
+    """Return the motions after `steps` steps, and (steps, n, 2) north, east at each; see `SteeredVehicle.step`."""
     north, east, heading, speed, turn = was
     wanted = np.clip(orders.speed_m_s, can.least_m_s, can.most_m_s)
     gain, most = can.acceleration_m_s2 * dt_s, math.radians(can.turn_rate_deg_s)

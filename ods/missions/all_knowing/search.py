@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Ints, Mask
-from ods.missions.all_knowing.motions import Motions, Orders, motion_of, moved
+from ods.missions.all_knowing.motions import Motions, VehicleCommands, motion_of, moved
 from ods.sim_sonar.settings import VehicleSettings
 from ods.sim_sonar.steered import YAW_S, VehicleState
 
@@ -35,7 +35,7 @@ LOOKS = 8
 """Places of a move at which distances are looked at."""
 
 
-class Errand(NamedTuple):
+class PathQuery(NamedTuple):
     """What is to be done, by which vehicle, in which world."""
 
     start: VehicleState
@@ -60,7 +60,7 @@ class Errand(NamedTuple):
     """Patience."""
 
 
-class Way(NamedTuple):
+class TimedPath(NamedTuple):
     """What was found."""
 
     orders: list[tuple[float, float]]
@@ -77,27 +77,27 @@ class Way(NamedTuple):
         return float(np.hypot(*np.diff(self.places, axis=0).T).sum())
 
 
-def fastest_way(errand: Errand) -> Way | None:
+def fastest_path(query: PathQuery) -> TimedPath | None:
     """Return it; None: there is none, or it takes more than `most_s` or too many states to find."""
-    return _Search(errand).found()
+    return _Search(query).found()
 
 
 class _Search:
-    def __init__(self, errand: Errand) -> None:
-        self._errand = errand
-        self._steps = errand.a_time * max(1, round(MOVE_S / (errand.a_time * errand.dt_s)))
-        self._move_s = self._steps * errand.dt_s
+    def __init__(self, query: PathQuery) -> None:
+        self._errand = query
+        self._steps = query.a_time * max(1, round(MOVE_S / (query.a_time * query.dt_s)))
+        self._move_s = self._steps * query.dt_s
         self._looked = np.unique(np.linspace(0, self._steps - 1, LOOKS).round().astype(np.intp))
         self._obstacles: list[Floats] = []
         """(looks, n, 2) where they are during each move."""
-        self._states = [motion_of(errand.start)]
+        self._states = [motion_of(query.start)]
         """All so far, in blocks;"""
         self._rows: list[tuple[int, int, int, int, float, float]] = [(0, 0, 0, -1, 0.0, 0.0)]
         """and of each its block, its place in it, how many moves led there, the state before, heading and speed."""
         self._seen: set[int] = set()
         self._open: list[tuple[float, int]] = [(0.0, 0)]
 
-    def found(self) -> Way | None:
+    def found(self) -> TimedPath | None:
         while self._open and len(self._rows) < MOST_STATES:
             chosen = [heapq.heappop(self._open)[1] for _ in range(min(AT_ONCE, len(self._open)))]
             last = self._gone_on(chosen)
@@ -107,15 +107,15 @@ class _Search:
 
     def _gone_on(self, chosen: list[int]) -> int | None:
         """Go on from some states; return the first that is at the goal."""
-        errand, (before, orders, moves) = self._errand, self._tried(chosen)
-        after, places = moved(before, orders, errand.can, errand.current_m_s, errand.dt_s, self._steps)
-        clear = self._clear(places[self._looked], moves) & ((moves + 1) * self._move_s <= errand.most_s)
+        query, (before, orders, moves) = self._errand, self._tried(chosen)
+        after, places = moved(before, orders, query.can, query.current_m_s, query.dt_s, self._steps)
+        clear = self._clear(places[self._looked], moves) & ((moves + 1) * self._move_s <= query.most_s)
         there = np.asarray(self._there(places).any(axis=0))
         left_s = self._left_s(after)
         keys = self._keys(after, moves + 1)
         block, best = len(self._states), None
         self._states.append(after)
-        many = len(TURNS) * len(errand.speeds_m_s)
+        many = len(TURNS) * len(query.speeds_m_s)
         for which in np.flatnonzero(clear).tolist():
             key = int(keys[which])
             if key in self._seen:
@@ -130,7 +130,7 @@ class _Search:
             heapq.heappush(self._open, (done * self._move_s + EAGER * float(left_s[which]), number))
         return best
 
-    def _tried(self, chosen: list[int]) -> tuple[Motions, Orders, Ints]:
+    def _tried(self, chosen: list[int]) -> tuple[Motions, VehicleCommands, Ints]:
         """Return the vehicles, what each is to try, and how many moves each has made."""
         speeds = self._errand.speeds_m_s
         rows = [self._rows[each] for each in chosen]
@@ -139,19 +139,19 @@ class _Search:
         before = Motions(*np.repeat(np.array(parts), many, axis=0).T)
         most = math.radians(self._errand.can.turn_rate_deg_s)
         turns = np.tile(np.repeat(np.array(TURNS), len(speeds)), len(chosen)) * most * (self._move_s + YAW_S)
-        orders = Orders(before.heading_rad + turns, np.tile(np.array(speeds), len(chosen) * len(TURNS)))
+        orders = VehicleCommands(before.heading_rad + turns, np.tile(np.array(speeds), len(chosen) * len(TURNS)))
         return before, orders, np.repeat(np.array([row[2] for row in rows]), many)
 
     def _clear(self, places: Floats, moves: Ints) -> Mask:
         """Return (n,) which keep clear of everything; `places`: (looks, n, 2)."""
-        errand = self._errand
-        if not errand.radius_m.size:
+        query = self._errand
+        if not query.radius_m.size:
             return np.ones(len(moves), bool)
         while len(self._obstacles) <= int(moves.max()):
-            times = (len(self._obstacles) * self._steps + self._looked + 1) * errand.dt_s + errand.start.t_s
-            self._obstacles.append(np.stack([errand.places(each) for each in times.tolist()]))
+            times = (len(self._obstacles) * self._steps + self._looked + 1) * query.dt_s + query.start.t_s
+            self._obstacles.append(np.stack([query.places(each) for each in times.tolist()]))
         offset = np.stack([self._obstacles[each] for each in moves.tolist()], axis=1) - places[:, :, None]
-        least = errand.radius_m + (errand.keep_m + CLOSER_M)
+        least = query.radius_m + (query.keep_m + CLOSER_M)
         return np.asarray((np.einsum("...i,...i", offset, offset) > least * least).all(axis=(0, 2)))
 
     def _there(self, places: Floats) -> Mask:
@@ -160,18 +160,18 @@ class _Search:
 
     def _left_s(self, at: Motions) -> Floats:
         """Return (n,) the least time to the goal: with nothing in the way, once it heads for it."""
-        errand, fast = self._errand, min(self._errand.speeds_m_s[0], self._errand.can.most_m_s)
+        query, fast = self._errand, min(self._errand.speeds_m_s[0], self._errand.can.most_m_s)
         lacks = fast - at.speed_m_s
-        north, east = errand.goal_m[0] - at.north_m, errand.goal_m[1] - at.east_m
-        away = np.hypot(north, east) - errand.reached_m
-        lost = lacks * lacks / (2.0 * errand.can.acceleration_m_s2)
-        reached = errand.reached_m - np.where(away > fast * lacks / errand.can.acceleration_m_s2, lost, 0.0)
-        flow = math.hypot(*errand.current_m_s)
+        north, east = query.goal_m[0] - at.north_m, query.goal_m[1] - at.east_m
+        away = np.hypot(north, east) - query.reached_m
+        lost = lacks * lacks / (2.0 * query.can.acceleration_m_s2)
+        reached = query.reached_m - np.where(away > fast * lacks / query.can.acceleration_m_s2, lost, 0.0)
+        flow = math.hypot(*query.current_m_s)
         if fast <= flow:
             return np.maximum(away, 0.0) / (fast + flow)
         # |d - c t| = v t + r
         a = fast * fast - flow * flow
-        b = fast * reached + north * errand.current_m_s[0] + east * errand.current_m_s[1]
+        b = fast * reached + north * query.current_m_s[0] + east * query.current_m_s[1]
         e = np.maximum(north * north + east * east - reached * reached, 0.0)
         return np.asarray((np.sqrt(b * b + a * e) - b) / a)
 
@@ -183,7 +183,7 @@ class _Search:
             key = key * 8192 + (np.floor(each).astype(np.int64) & 8191)
         return key
 
-    def _way_to(self, last: int) -> Way:
+    def _way_to(self, last: int) -> TimedPath:
         orders: list[tuple[float, float]] = []
         while last > 0:
             *_, last, heading, speed = self._rows[last]
@@ -191,7 +191,7 @@ class _Search:
         orders.reverse()
         at, legs = motion_of(self._errand.start), []
         for heading, speed in orders:
-            order = Orders(np.array([heading]), np.array([speed]))
+            order = VehicleCommands(np.array([heading]), np.array([speed]))
             at, places = moved(at, order, self._errand.can, self._errand.current_m_s, self._errand.dt_s, self._steps)
             legs.append(places)
         places = np.concatenate(legs)
@@ -202,4 +202,4 @@ class _Search:
             heading_rad=float(at.heading_rad[0]), speed_m_s=float(at.speed_m_s[0]), turn_rad_s=float(at.turn_rad_s[0]),
         )  # fmt: skip
         first = np.array([[start.north_m, start.east_m]])
-        return Way(orders, self._steps, np.concatenate([first, places[:upto, 0]]), end)
+        return TimedPath(orders, self._steps, np.concatenate([first, places[:upto, 0]]), end)

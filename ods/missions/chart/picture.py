@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ods.missions.chart.point import Point
-from ods.plots.chart import dress, label_points
+from ods.plots.chart import label_points, style_axes
 from ods.plots.style import SERIES
 
 WIDTH, HEIGHT = 4.6, 5.0
@@ -24,7 +24,7 @@ def chart_figure(points: Sequence[Point]) -> Figure:
         for kind in kinds:
             _draw([each for each in own if each.varies == kind], axes, SERIES[kinds.index(kind) % len(SERIES)])
         of = [f"{point.collision.of} missions by {point.fidelity}" for point in own]
-        dress(axes, "\n".join([f"vehicle at {speed:g} m/s", *dict.fromkeys(of)]),
+        style_axes(axes, "\n".join([f"vehicle at {speed:g} m/s", *dict.fromkeys(of)]),
               "CPU time a ping, pipeline and tracker, ms", "collisions per 100 missions")  # fmt: skip
     for axes in panels[1:]:
         axes.set_ylabel("")

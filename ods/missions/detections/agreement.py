@@ -49,7 +49,7 @@ def compared(images: Sequence[Outcome], detections: Sequence[Outcome]) -> list[C
         "obstacles listed": lambda each: each.listed,
         "least clearance, m": lambda each: each.clearance_m,
         "evasions": lambda each: each.evasions,
-        "evasions of nothing": lambda each: each.evasions_of_nothing,
+        "evasions without an obstacle": lambda each: each.evasions_of_nothing,
     }
     rows = [
         Compared(name, _share(map(happened, images)), _share(map(happened, detections)), 100.0)

@@ -9,7 +9,7 @@ from ods.base.arrays import Floats, Indices, Mask
 from ods.base.frames.geometry import wrap_angle
 from ods.missions.world import World
 from ods.sim_sonar.sonar.model import SonarModel
-from ods.sim_sonar.steered import Steered
+from ods.sim_sonar.steered import SteeredVehicle
 
 RAYS = 2
 """A beam."""
@@ -63,7 +63,7 @@ def fan_of(sonar: SonarModel) -> Fan:
     return Fan(rays, sonar.range_max_m, sonar.beam_width_rad, vertical, sonar.sound_speed)
 
 
-def sights_of(world: World, vehicle: Steered, t_s: float, fan: Fan) -> Sights:
+def sights_of(world: World, vehicle: SteeredVehicle, t_s: float, fan: Fan) -> Sights:
     """Return what a ping sent at that time shows; the vehicle has gone on until its last echo is back.
 
     Ranges and bearings are as they are received: half of the way there and back, in the frame of the head at reception.

@@ -6,7 +6,7 @@ from ods.base.frames.mounting import MountingSettings
 from ods.missions.world import World
 from ods.sim_sonar.echo.bodies.bodies import Bodies
 from ods.sim_sonar.scene.timeline import Scene
-from ods.sim_sonar.steered import Steered
+from ods.sim_sonar.steered import SteeredVehicle
 
 FAR_M = 1e5
 """Beyond any sonar's reach."""
@@ -15,7 +15,7 @@ FAR_M = 1e5
 class FaintScene(Scene):
     """A scene whose bodies are received within a distance of the vehicle only."""
 
-    def __init__(self, world: World, vehicle: Steered, mounting: MountingSettings, within_m: float) -> None:
+    def __init__(self, world: World, vehicle: SteeredVehicle, mounting: MountingSettings, within_m: float) -> None:
         super().__init__(world.scene(1.0), mounting, vehicle)
         self._world, self._way, self._within_m = world, vehicle, within_m
 
@@ -27,7 +27,7 @@ class FaintScene(Scene):
         return bodies
 
 
-def scene_of(world: World, vehicle: Steered, mounting: MountingSettings) -> Scene:
+def scene_of(world: World, vehicle: SteeredVehicle, mounting: MountingSettings) -> Scene:
     """Return a world as sonar and INS on the vehicle find it. Raises ValueError."""
     within_m = world.settings.heard_within_m
     if within_m is None:

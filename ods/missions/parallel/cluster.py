@@ -99,9 +99,7 @@ def _of_client(client: Client, tasks: Sequence[Task], fly: Fly, address: str) ->
         try:
             flown: Flown = future.result()
         except KilledWorker:
-            raise OdsError(
-                f"mission {task.number} of arm {task.arm!r}: the workers that it was given to were killed, one by one"
-            ) from None
+            raise OdsError(f"mission {task.number} of arm {task.arm!r}: all workers that ran it were killed") from None
         except OdsError:
             raise
         except Exception as error:

@@ -44,7 +44,7 @@ def flown_of(tasks: Sequence[Task], fly: Fly, workers: int) -> Iterator[Flown]:
             if kills == MOST_KILLS:
                 task = tasks[done]
                 raise OdsError(
-                    f"mission {task.number} of arm {task.arm!r}, or one beside it: its process was killed {kills} times"
+                    f"mission {task.number} of arm {task.arm!r}, or one in the same process, was killed {kills} times"
                 ) from None
 
 

@@ -60,14 +60,14 @@ def text_of_own(path: Path, forbidden: int) -> str:
         if state.st_uid not in (0, os.geteuid()):
             raise KeyFileError(f"{path}: belongs to another user")
         if state.st_mode & forbidden:
-            raise KeyFileError(f"{path}: others have rights to it: chmod {SECRET_MODE:o} {path}")
+            raise KeyFileError(f"{path}: others have access to it: chmod {SECRET_MODE:o} {path}")
         content = file.read(MOST_BYTES + 1)
     try:
         if len(content) > MOST_BYTES:
             raise ValueError(f"longer than {MOST_BYTES} bytes")
         return content.decode()
     except ValueError as error:
-        raise KeyFileError(f"{path}: not a file of keys: {error}") from None
+        raise KeyFileError(f"{path}: not a key file: {error}") from None
 
 
 def is_key(text: object) -> bool:
@@ -83,7 +83,7 @@ def _read(path: Path, names: tuple[str, ...]) -> dict[str, str]:
     try:
         found = tomllib.loads(text_of_own(path, 0o077))
     except tomllib.TOMLDecodeError as error:
-        raise KeyFileError(f"{path}: not a file of keys: {error}") from None
+        raise KeyFileError(f"{path}: not a key file: {error}") from None
     for name in names:
         if not is_key(found.get(name)):
             raise KeyFileError(f"{path}: {name}: expected a key of {KEY_CHARACTERS} characters")

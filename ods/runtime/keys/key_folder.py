@@ -93,7 +93,7 @@ class KeyFolder:
         with self._locked():
             allowed = self.allowed()
             if name in allowed:
-                raise KeyFileError(f"{self._allowed}: has a {name} already: revoke it, or take another name")
+                raise KeyFileError(f"{self._allowed}: already has a {name}: revoke it, or use another name")
             yield allowed
             self._write_allowed(allowed)
 
@@ -155,6 +155,6 @@ def _parsed(path: Path, text: str) -> dict[str, str]:
         if len(words) != 2 or not is_key(words[1]):
             raise KeyFileError(f"{path}: line {number}: expected a name and a public key of 40 characters")
         if words[0] in found:
-            raise KeyFileError(f"{path}: line {number}: {words[0]} is there twice")
+            raise KeyFileError(f"{path}: line {number}: {words[0]} is listed twice")
         found[words[0]] = words[1]
     return found

@@ -57,7 +57,7 @@ class SerialPort(Port):
     def _examine(self, _now_ns: int) -> None:
         """Raise when the device has gone, or its path leads to another device now."""
         if not os.path.samestat(Path(self._name).stat(), os.fstat(self._descriptor())):
-            raise PortError("the device was replaced by another")
+            raise PortError("the device was replaced")
 
     def _release(self) -> None:
         if self._port is not None:

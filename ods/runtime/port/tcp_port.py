@@ -61,7 +61,7 @@ class TcpPort(SocketPort):
     def _send(self, data: bytes) -> int:
         sent = self._connection().send(data)
         if sent < len(data):  # half a packet would spoil all that follow
-            raise PortError("the other end accepts no data")
+            raise PortError("the other end does not accept data")
         return sent
 
     def _examine(self, now_ns: int) -> None:

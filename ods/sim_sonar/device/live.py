@@ -10,8 +10,8 @@ import numpy as np
 from ods.base import clock
 from ods.base.arrays import Floats
 from ods.messages import Truth
-from ods.sim_sonar.device.far_end import FarEnd
-from ods.sim_sonar.device.remote_end import Line
+from ods.sim_sonar.device.remote_control_server import Line
+from ods.sim_sonar.device.simulated_sonar import SimulatedSonar
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
@@ -80,7 +80,7 @@ class LiveSonar:
     """
 
     def __init__(
-        self, images: ImageSimulator, end: FarEnd, settings: SimSettings, mission: Mission, line: Line
+        self, images: ImageSimulator, end: SimulatedSonar, settings: SimSettings, mission: Mission, line: Line
     ) -> None:
         """`images`: those after switching on."""
         self.truths: queue.SimpleQueue[Truth] = queue.SimpleQueue()

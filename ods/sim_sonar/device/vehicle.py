@@ -11,8 +11,8 @@ from ods.planner.set_point_pdo import pdo_of
 from ods.sim_sonar.device.live import Mission
 from ods.sim_sonar.ins.canopen_node import OPERATIONAL, CanEnd, CanopenNode
 from ods.sim_sonar.scene.settings import VehiclePath
-from ods.sim_sonar.settings import ObeyingVehicle
-from ods.sim_sonar.steered import Steered, at_start
+from ods.sim_sonar.settings import SteeredVehicleSettings
+from ods.sim_sonar.steered import SteeredVehicle, at_start
 
 STEP_S = 0.02
 KEPT = 256
@@ -22,11 +22,11 @@ TRUTH_NS = round(0.05 * clock.NS)
 HEARTBEAT_S = 0.2
 
 
-def steered_of(settings: ObeyingVehicle, path: VehiclePath) -> Steered:
+def steered_of(settings: SteeredVehicleSettings, path: VehiclePath) -> SteeredVehicle:
     """Return the vehicle at its scene's start, before it has received any set point."""
     north, east, _ = path.velocity_ned
     start = at_start(np.radians(path.heading_deg).item(), float(np.hypot(north, east)), path.position_ned or (0, 0, 0))
-    return Steered(settings.can_do, start, settings.current_m_s, KEPT)
+    return SteeredVehicle(settings.can_do, start, settings.current_m_s, KEPT)
 
 
 class VehicleNode(CanopenNode):
@@ -57,7 +57,7 @@ class LiveVehicle:
     time, as if the autopilot took that time.
     """
 
-    def __init__(self, vehicle: Steered, node: VehicleNode, mission: Mission, ping_period_s: float) -> None:
+    def __init__(self, vehicle: SteeredVehicle, node: VehicleNode, mission: Mission, ping_period_s: float) -> None:
         self.truths: queue.SimpleQueue[VehicleTruth] = queue.SimpleQueue()
         self.stops = 0
         self._vehicle, self._node, self._mission = vehicle, node, mission

@@ -45,7 +45,7 @@ class _Arc(Settings, frozen=True, kw_only=True):
     """An arc of constant range."""
 
     range_m: Positive | None = None
-    """Middle of the arc; none: anywhere, drawn again for each ping."""
+    """Middle of the arc; none: random for each ping."""
     width_m: Positive = 0.5
     """In range."""
     chance: Fraction = 1.0
@@ -55,7 +55,7 @@ class _Arc(Settings, frozen=True, kw_only=True):
 
 
 class Dropout(_Arc, frozen=True, kw_only=True):
-    """A dark arc over all beams; wider than the range, a lost image."""
+    """A dark arc over all beams; if wider than the range, a lost image."""
 
     gain_db: Annotated[float, msgspec.Meta(le=0.0)] = -20.0
 
@@ -67,14 +67,14 @@ class DropIn(_Arc, frozen=True, kw_only=True):
 
 
 class Interference(Settings, frozen=True, kw_only=True):
-    """Another sonar: each pulse leaves an arc, an endless one a spoke."""
+    """Another sonar: each pulse appears as an arc, a continuous one as a spoke."""
 
     position_ned: tuple[float, float, float]
     """m."""
     level_counts: Positive
-    """Root mean square amplitude in a beam that looks at it."""
+    """Root mean square amplitude in a beam that points at it."""
     period_s: NonNegative = 0.0
-    """From pulse to pulse; 0: endless."""
+    """From pulse to pulse; 0: continuous."""
     pulse_s: Positive = 0.0005
     start_s: float = 0.0
     """Scene time of one pulse's arrival."""
@@ -99,7 +99,7 @@ class LoudSpell(Settings, frozen=True, kw_only=True):
 
 
 class SecondWay(Settings, frozen=True, kw_only=True):
-    """A longer path by which each echo arrives a second time."""
+    """A longer path by which each echo arrives again."""
 
     longer_m: Positive
     """Added slant range."""
@@ -108,10 +108,10 @@ class SecondWay(Settings, frozen=True, kw_only=True):
 
 
 class ImageLevels(Settings, frozen=True, kw_only=True):
-    """From reflected intensity to samples."""
+    """How reflected intensity becomes samples."""
 
     gain: Positive = 20000.0
-    """Amplitude, counts, of 1 m2 of fully reflecting, fully lit area in one sample."""
+    """Amplitude, counts, of 1 m2 of fully reflecting area at normal incidence in one sample."""
     noise_counts: NonNegative = 30.0
     """Root mean square amplitude of the receiver's noise."""
     looks: Annotated[float, msgspec.Meta(ge=0.5, le=1000.0)] = 1.0
@@ -125,7 +125,7 @@ class ImageLevels(Settings, frozen=True, kw_only=True):
     beam_correlation: Correlation | None = None
     """The same of beams; none: by their overlap."""
     coherence_s: NonNegative = 0.0
-    """Time after which speckle is new; 0: never."""
+    """Time after which speckle is independent; 0: never."""
     max_error: Annotated[float, msgspec.Meta(gt=0.0, le=0.5)] = 0.03
     """Relative, of the mean image."""
     tvg: Tvg = Tvg()
@@ -151,4 +151,4 @@ class ImageLevels(Settings, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         if self.beam_gain_db and self.beam_gain_rms_db:
-            raise ValueError("beam_gain_rms_db: goes without beam_gain_db")
+            raise ValueError("beam_gain_rms_db: cannot be combined with beam_gain_db")

@@ -16,7 +16,7 @@ Triple = tuple[float, float, float]
 
 
 class Waypoint(Settings, frozen=True, kw_only=True):
-    """A place and the time to be there."""
+    """A position and the time at which it is reached."""
 
     t_s: float
     """Scene time."""
@@ -32,17 +32,17 @@ class Path(Settings, frozen=True, kw_only=True):
     velocity_ned: Triple = (0.0, 0.0, 0.0)
     """Constant velocity from there, m/s."""
     waypoints: list[Waypoint] = msgspec.field(default_factory=list)
-    """Two or more, instead of position_ned; before and after them the end velocities hold."""
+    """Two or more, instead of position_ned; before and after them the velocity is constant."""
 
     def __post_init__(self) -> None:
         if (self.position_ned is None) == (not self.waypoints):
-            raise ValueError("position_ned: give either position_ned (and velocity_ned) or waypoints")
+            raise ValueError("position_ned: set either position_ned (with velocity_ned) or waypoints")
         if self.waypoints and self.velocity_ned != (0.0, 0.0, 0.0):
-            raise ValueError("velocity_ned: goes with position_ned, not with waypoints")
+            raise ValueError("velocity_ned: use it with position_ned, not with waypoints")
         if len(self.waypoints) == 1:
             raise ValueError("waypoints: at least 2")
         if any(b.t_s <= a.t_s for a, b in pairwise(self.waypoints)):
-            raise ValueError("waypoints: t_s must rise strictly")
+            raise ValueError("waypoints: t_s must increase strictly")
 
 
 class Oscillation(Settings, frozen=True, kw_only=True):

@@ -121,10 +121,10 @@ class Scene:
         times = np.linspace(0.0, self.file.duration_s, steps)
         for t_s, place in zip(times, self.head_at(times).position_ned, strict=True):
             if self.sea_bed is not None and not self.sea_bed.is_above(place):
-                raise ValueError(f"sea_bed.depth_m: the sonar is under the sea-bed at t = {t_s:.2f} s")
+                raise ValueError(f"sea_bed.depth_m: the sonar is below the sea-bed at t = {t_s:.2f} s")
             for body, item in zip(self.bodies_at(float(t_s)), self.file.objects, strict=True):
                 if contains(body, place):
-                    raise ValueError(f"objects: {item.name!r} is around the sonar at t = {t_s:.2f} s")
+                    raise ValueError(f"objects: {item.name!r} encloses the sonar at t = {t_s:.2f} s")
 
 
 def load_scene(path: Path, mounting: MountingSettings | None = None, vehicle: Moving | None = None) -> Scene:

@@ -18,7 +18,7 @@ class Roughness(Settings, frozen=True, kw_only=True):
     seed: NonNegativeInt | None = None
     """The scene's own by default."""
     facets: Annotated[int, msgspec.Meta(ge=8, le=2000)] = 512
-    """Along each side of the square that repeats."""
+    """Along each side of a square that repeats."""
     facet_m: Positive | None = None
     """A quarter of the correlation length by default."""
 
@@ -40,4 +40,4 @@ class SeaBed(Settings, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         if self.rough is not None and self.file is not None:
-            raise ValueError("rough: give either rough or file")
+            raise ValueError("rough: set either rough or file")

@@ -13,24 +13,24 @@ Level = Annotated[float, msgspec.Meta(le=0.0)]
 
 
 class VerticalPattern(Settings, frozen=True, kw_only=True):
-    """S^2 of eq. 5, two-way, symmetric about the axis; figure 8's shape by default."""
+    """S^2 of eq. 5, two-way, symmetric about the axis; by default the shape of figure 8."""
 
     angle_deg: list[float] = msgspec.field(
         default_factory=lambda: [0, 3, 6, 8, 10, 11, 12, 13, 14, 15.5, 17, 20, 24, 34, 42, 52, 65, 90]
     )
-    """Off the axis, strictly increasing from 0."""
+    """From the axis, strictly increasing from 0."""
     level_db: list[Level] = msgspec.field(
         default_factory=lambda: [0, -0.5, -2, -3.7, -6, -10, -16, -24, -33, -35, -29, -26, -25, -26, -29, -33, -40, -55]
     )
     """At those angles, 0 at the first; held beyond the last."""
     aperture_wavelengths: Annotated[float, msgspec.Meta(gt=0.0, le=200.0)] | None = None
-    """Instead: height of an evenly lit aperture that both sends and receives."""
+    """Instead: height of a uniform aperture for sending and receiving."""
 
     def __post_init__(self) -> None:
         if len(self.angle_deg) != len(self.level_db) or len(self.angle_deg) < 2:
             raise ValueError("vertical: angle_deg and level_db must have the same length, at least 2")
         if self.angle_deg[0] != 0.0 or any(b <= a for a, b in pairwise(self.angle_deg)):
-            raise ValueError("vertical: angle_deg must rise strictly from 0")
+            raise ValueError("vertical: angle_deg must increase strictly from 0")
         if self.level_db[0] != 0.0:
             raise ValueError("vertical: level_db must start at 0")
 
@@ -74,7 +74,7 @@ class SonarFile(Settings, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         if any(b <= a for a, b in pairwise(self.bearing_deg)):
-            raise ValueError("bearing_deg: must rise strictly")
+            raise ValueError("bearing_deg: must increase strictly")
         span = (self.beams_per_plane - 1) * self.beam_spacing_deg
         if not self.bearing_deg and span >= 360.0:
             raise ValueError(f"beam_spacing_deg: {self.beams_per_plane} beams would span {span:g} degrees")

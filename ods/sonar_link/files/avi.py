@@ -112,7 +112,7 @@ def _open(path: Path) -> "InputContainer":
     try:
         import av
     except ImportError:
-        raise PingFileError(f"{path}: decoding clips needs PyAV: pip install 'ods[clips]'") from None
+        raise PingFileError(f"{path}: clips need PyAV: pip install 'ods[clips]'") from None
     try:
         container = av.open(f"file:{path}", format="avi")
     except (OSError, av.FFmpegError) as error:

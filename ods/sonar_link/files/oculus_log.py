@@ -60,7 +60,7 @@ class OculusLogDecoder(Decoder):
         """Read a log. Raises PingFileError."""
         data = memory_map(path)
         if len(data) < FILE_HEAD.size or data[: len(FILE_MARK)] != FILE_MARK:
-            raise PingFileError(f"{path}: not a log of Oculus ViewPoint")
+            raise PingFileError(f"{path}: not an Oculus ViewPoint log")
         _, head_bytes, _, _, encryption, _, _ = FILE_HEAD.unpack_from(data)
         if encryption:
             raise PingFileError(f"{path}: it is encrypted")

@@ -62,7 +62,7 @@ def _decoder_of(path: Path, decoders: Sequence[Decoder]) -> Decoder:
     chosen = next(chain(by_content, by_suffix), None)
     if chosen is None:
         names = ", ".join(dict.fromkeys(decoder.name for decoder in decoders))
-        raise PingFileError(f"{path}: none of the known formats: {names}, .mcap")
+        raise PingFileError(f"{path}: not one of the known formats: {names}, .mcap")
     return chosen
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from ods.base.arrays import AnyArray, Floats
 from ods.base.errors import OdsError
-from ods.base.files.by_place import ByPlace
+from ods.base.files.lazy_sequence import LazySequence
 from ods.messages import Ping
 from ods.sonar_link.ping_builder import Geometry, Runs, Stamp, build_ping
 
@@ -18,7 +18,7 @@ class PingFileError(OdsError):
     """A file of pings cannot be used; the text is one line: file and reason."""
 
 
-class LazyPings(ByPlace[Ping]):
+class LazyPings(LazySequence[Ping]):
     """`count` pings, each made by `make(index)` when asked for, so that a long recording need not fit in memory."""
 
     def __init__(self, count: int, make: Callable[[int], Ping]) -> None:

@@ -109,7 +109,7 @@ class CommandControl:
     def problems(self) -> list[str]:
         """Return, as text, what the sonar did not take; nothing of commands that are still to be answered."""
         if self._answers and not self.answered:
-            return ["the sonar answers no command: is `command_port` that of a WBMS?"]
+            return ["the sonar does not answer commands: is `command_port` that of a WBMS?"]
         return [text for command in self._commands if (text := self._objection(command))]
 
     @property

@@ -13,10 +13,10 @@ from ods.sonar_link.norbit.control import CommandControl
 from ods.sonar_link.norbit.framer import Framer
 from ods.sonar_link.norbit.packets import FORWARD, SAMPLE_TYPES, ImageHead, PacketKind
 from ods.sonar_link.norbit.silence import Evidence
-from ods.sonar_link.orders import Controls, Orders
 from ods.sonar_link.ping_builder import Stamp, build_ping, listening_ns
 from ods.sonar_link.ping_numbers import PingNumbers
 from ods.sonar_link.protocol import SonarProtocol
+from ods.sonar_link.setting_requests import Controls, SettingRequests
 from ods.sonar_link.settings import SonarSettings
 from ods.sonar_link.sync_framer import Packet
 
@@ -43,7 +43,7 @@ class NorbitProtocol(SonarProtocol):
     """
 
     def __init__(self, settings: SonarSettings, counters: "Counter[str]") -> None:
-        super().__init__(Orders({}, settable=frozenset(), counters=counters), counters)
+        super().__init__(SettingRequests({}, settable=frozenset(), counters=counters), counters)
         address = tcp_address(settings.port)
         assert address is not None  # `SonarSettings` has seen to it
         self._address = address
@@ -182,7 +182,7 @@ class NorbitProtocol(SonarProtocol):
         self._seq += 1
         self._numbers.follow(head.ping_number)
         self._mode, self._newest_ns = head.mode, packet.last_ns
-        self.orders.receive(Controls(range_m=ping.range0_m + (ping.samples - 1) * ping.dr_m), packet.last_ns)
+        self.setting_requests.receive(Controls(range_m=ping.range0_m + (ping.samples - 1) * ping.dr_m), packet.last_ns)
         self.counters["pings"] += 1
         sent_ns = self._sent_ns(head.time_s, packet.first_ns, listening_ns(ping))
         return msgspec.structs.replace(ping, t_ns=sent_ns, setting=setting_of(head))

@@ -29,7 +29,7 @@ class NorbitSettings(Settings, frozen=True):
     bandwidth_khz: Annotated[float, msgspec.Meta(ge=0.0, le=80.0), unit("kHz")] = 80.0
     """Of the chirp."""
     amplitude: Annotated[int, msgspec.Meta(ge=0, le=15)] = 15
-    """Transmitted, in the sonar's own steps; 0: none."""
+    """Transmitted amplitude, in the sonar's own steps; 0: none."""
     pulse_us: Annotated[float, msgspec.Meta(ge=10.0, le=819.0), unit("us")] = 500.0
     """Of the chirp."""
     gain_ramp_db: Annotated[float, msgspec.Meta(ge=0.0, le=100.0), unit("dB")] = 50.0

@@ -35,26 +35,26 @@ def why(known: Evidence) -> str:
     if not known.connected:
         return _unreachable(known)
     if known.kinds[PacketKind.IMAGE]:
-        return "its images cannot be used: see the counters"
+        return "its images cannot be decoded: see the counters"
     for kind, name in OTHER_PORTS.items():
         if known.kinds[kind]:
-            return f"it sends {name}, no images: sonar.port {known.port} is theirs, images have {IMAGE_PORT}"
+            return f"it sends {name}, not images: these use sonar.port {known.port}, images use {IMAGE_PORT}"
     if known.counters["bad_checksum"]:
-        return "its packets come damaged: look at cable and switch"
+        return "its packets arrive damaged: check cable and switch"
     if known.counters["garbage_bytes"]:
-        return f"the data received are not WBMS packets: is sonar.port {known.port} that of the images, {IMAGE_PORT}?"
+        return f"the data received are not WBMS packets: is sonar.port {known.port} the image port, {IMAGE_PORT}?"
     return f"connected, but no image: {_silent(known)}"
 
 
 def _unreachable(known: Evidence) -> str:
     if known.commanded:
         return (
-            f"it takes commands, but no connection at port {known.port}: images have {IMAGE_PORT}; "
-            f"or a firewall lets TCP {known.port} not out"
+            f"it accepts commands, but no connection at port {known.port}: images use {IMAGE_PORT}, "
+            f"or a firewall blocks outgoing TCP {known.port}"
         )
     return (
         f"is the sonar on, and is this computer in the network of {known.host} (`ip route get {known.host}`)? "
-        f"A firewall must let TCP {known.port} and {COMMAND_PORT} out"
+        f"A firewall must allow outgoing TCP to {known.port} and {COMMAND_PORT}"
     )
 
 
@@ -62,16 +62,15 @@ def _silent(known: Evidence) -> str:
     if not known.commands:
         return (
             "it pings only after `set_power 1`, and no command is sent (sonar.norbit.command_port is 0): "
-            "is the program on that sets it?"
+            "is the program running that sets it?"
         )
     if not known.commanded:
         return f"it pings only after `set_power 1`, and its command port cannot be reached: {known.no_commands}"
     if known.objections:
         return known.objections[0]
     if not known.answered:
-        return "it has answered no command yet"
+        return "it has not answered any command yet"
     return (
-        "it says that it pings. Another program that is connected and does not read stalls all others: end it (the "
-        "maker's viewer, a hung driver); then a firewall that drops what comes back, and a sonar without images in its "
-        "licence"
+        "it reports that it pings. Another connected program that does not read stalls all others: end it (the maker's "
+        "viewer, a hung driver). Otherwise a firewall drops the images, or the sonar's licence does not include them"
     )

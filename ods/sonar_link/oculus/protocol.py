@@ -13,10 +13,10 @@ from ods.sonar_link.oculus.control import FireControl
 from ods.sonar_link.oculus.framer import Framer
 from ods.sonar_link.oculus.messages import MessageKind, SimpleResult
 from ods.sonar_link.oculus.status import StatusBoard, model_of
-from ods.sonar_link.orders import Controls, Orders
 from ods.sonar_link.ping_builder import Stamp, build_ping, listening_ns
 from ods.sonar_link.ping_numbers import PingNumbers
 from ods.sonar_link.protocol import SonarProtocol
+from ods.sonar_link.setting_requests import Controls, SettingRequests
 from ods.sonar_link.settings import SonarSettings
 from ods.sonar_link.sync_framer import Packet
 
@@ -43,7 +43,7 @@ class OculusProtocol(SonarProtocol):
     """
 
     def __init__(self, settings: SonarSettings, counters: "Counter[str]") -> None:
-        super().__init__(Orders({}, settable=frozenset(), counters=counters), counters)
+        super().__init__(SettingRequests({}, settable=frozenset(), counters=counters), counters)
         address = tcp_address(settings.port)
         assert address is not None  # `SonarSettings` has seen to it
         self._status_port = settings.oculus.status_port
@@ -121,11 +121,11 @@ class OculusProtocol(SonarProtocol):
     def diagnosis(self, _seconds: float) -> str:
         """Return why no ping came."""
         if self._kinds[MessageKind.PING]:
-            return "its ping results cannot be used: see the counters"
+            return "its ping results cannot be decoded: see the counters"
         if self._kinds[MessageKind.FULL_PING]:
             return "it sends full ping results for another program: end that program, switch the sonar off and on"
         if self._kinds[MessageKind.DUMMY]:
-            return "it is in standby and does not obey the fire message: is another program connected to it?"
+            return "it is in standby and ignores the fire message: is another program connected to it?"
         newest_ns = self._board.newest_ns
         return self._board.why_unreachable(newest_ns) if self.side_port else "it is silent"
 
@@ -166,7 +166,7 @@ class OculusProtocol(SonarProtocol):
         self._seq += 1
         self._numbers.follow(result.ping_number)
         self._control.receive(result.fire, message.last_ns)
-        self.orders.receive(Controls(range_m=result.fire.range_m), message.last_ns)
+        self.setting_requests.receive(Controls(range_m=result.fire.range_m), message.last_ns)
         self.counters["pings"] += 1
         sent_ns = self._sent_ns(result.start_s, message.first_ns, listening_ns(ping))
         fire = result.fire

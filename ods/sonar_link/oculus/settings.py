@@ -14,9 +14,9 @@ class OculusSettings(Settings, frozen=True):
     """The fire message, and the status port."""
 
     mode: Literal["low", "high"] = "low"
-    """Low frequency: wide and far."""
+    """Low frequency: wider and farther."""
     range_m: Annotated[float, msgspec.Meta(ge=0.1, le=500.0)] = 40.0
-    """The model may limit it."""
+    """The model may have a lower limit."""
     gain_percent: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 50.0
     gain_assist: bool = False
     """The sonar adapts its gain; levels then change from ping to ping."""

@@ -69,12 +69,12 @@ class StatusBoard:
         """Return what the status messages say of a sonar that cannot be connected to."""
         own, other = self.own(now_ns), self.other(now_ns)
         if own and own.client != NO_CLIENT:
-            return f"it says that {own.client} has its connection"
+            return f"it reports that {own.client} has its connection"
         if own:
             return "its status is received, so it is on: is this machine in its network?"
         if other:
-            return f"a sonar at {other.address} is received ({model_of(other)}): is sonar.port right?"
-        return "no status of any sonar is received: is it on, and the cable in?"
+            return f"a sonar at {other.address} is received ({model_of(other)}): is sonar.port correct?"
+        return "no status of any sonar is received: is it on, and is the cable connected?"
 
 
 def model_of(status: SonarStatus) -> str:

@@ -20,7 +20,7 @@ TOLERANCE = 0.02
 
 
 class SweepControl:
-    """The wish for one sector.
+    """The request for one sector.
 
     Counters: control_requests (asked to sweep), control_acknowledged (it began to), control_refused (it said no),
     control_lost (asked `attempts` times in a row without effect).
@@ -91,11 +91,11 @@ class SweepControl:
     def _difference(self, beam: Beam) -> str:
         wanted, sweep = self._transmission, self._sweep
         if beam.sweep is None:
-            return "another program asks the sonar for single beams: end it"
+            return "another program requests single beams: end it"
         if beam.sweep[:3] != sweep[:3]:
-            return f"the sonar sweeps from {beam.sweep.start} to {beam.sweep.stop} gradians, not the sector asked for"
+            return f"the sonar sweeps from {beam.sweep.start} to {beam.sweep.stop} gradians, not the requested sector"
         pairs = ((beam.period, wanted.period), (beam.pulse_us, wanted.pulse_us))
         alike = all(abs(reported - asked) <= 1 + TOLERANCE * asked for reported, asked in pairs)
         if alike and len(beam.samples) == wanted.samples and beam.gain == wanted.gain:
             return ""
-        return "the sonar's beams are not those asked for: another program's, or beyond what it can"
+        return "the sonar's beams are not those requested: another program sets them, or they exceed its limits"

@@ -1,4 +1,4 @@
-"""The Ping360 behind the seam: messages to pings, the wish for a sector out. Sans-IO."""
+"""The Ping360 behind the seam: messages to pings, the request for a sector out. Sans-IO."""
 
 from collections import Counter
 
@@ -8,7 +8,6 @@ import numpy as np
 from ods.base.clock import NS
 from ods.messages import Ping
 from ods.runtime.port.address import transport_of
-from ods.sonar_link.orders import Controls, Orders
 from ods.sonar_link.ping360 import messages, silence
 from ods.sonar_link.ping360.control import SweepControl
 from ods.sonar_link.ping360.framer import Framer
@@ -17,6 +16,7 @@ from ods.sonar_link.ping360.sector import Piece, Sector, TimedBeam
 from ods.sonar_link.ping360.silence import Evidence
 from ods.sonar_link.ping_builder import Geometry, Stamp, build_ping, make_beam_table
 from ods.sonar_link.protocol import SonarProtocol
+from ods.sonar_link.setting_requests import Controls, SettingRequests
 from ods.sonar_link.settings import SonarSettings
 from ods.sonar_link.sync_framer import Packet
 
@@ -40,7 +40,7 @@ class Ping360Protocol(SonarProtocol):
     """
 
     def __init__(self, settings: SonarSettings, counters: "Counter[str]") -> None:
-        super().__init__(Orders({}, settable=frozenset(), counters=counters), counters)
+        super().__init__(SettingRequests({}, settable=frozenset(), counters=counters), counters)
         own = settings.ping360
         self._port = settings.port
         self._sound_speed = own.sound_speed
@@ -80,7 +80,7 @@ class Ping360Protocol(SonarProtocol):
         self._control.begin(now_ns)
 
     def requests(self, now_ns: int) -> list[bytes]:
-        """Return the wish for the sector where beams do not come, or others do."""
+        """Return the request for the sector where beams do not come, or others do."""
         return self._control.requests(now_ns)
 
     def feed(self, data: bytes, now_ns: int) -> list[Ping]:
@@ -183,7 +183,7 @@ class Ping360Protocol(SonarProtocol):
         listened_ns = round(len(beam.samples) * beam.period * TICK_S * NS) + self._latency_ns
         read_ns = newest_ns + listened_ns if last_ns is None else last_ns
         ping = build_ping(piece.samples, geometry, Stamp(self._seq, self._seq, newest_ns, read_ns))
-        self.orders.receive(Controls(range_m=dr_m * ping.samples), read_ns)
+        self.setting_requests.receive(Controls(range_m=dr_m * ping.samples), read_ns)
         self._turn_s = piece.sweep.turn_s
         return msgspec.structs.replace(ping, beam_t_ns=piece.t_ns, sweep=piece.sweep, setting=setting_of(beam))
 

@@ -19,9 +19,9 @@ class Ping360Settings(Settings, frozen=True):
     """Set after each connection. Bearings are from the sonar's mark."""
 
     range_m: Annotated[float, msgspec.Meta(ge=1.0, le=60.0)] = 50.0
-    """The shorter, the faster the head turns."""
+    """With a shorter range the head turns faster."""
     sector_deg: Annotated[float, msgspec.Meta(ge=20.0, le=360.0)] = 120.0
-    """About the mark; 90 degrees take 1.5 to 9 s, by the range."""
+    """Centred on the mark; 90 degrees take 1.5 to 9 s, depending on the range."""
     steps: Annotated[int, msgspec.Meta(ge=1, le=10)] = 1
     """Motor steps of 0.9 degrees between beams 2 degrees wide."""
     samples: Annotated[int, msgspec.Meta(ge=200, le=1200)] = 1200
@@ -30,13 +30,13 @@ class Ping360Settings(Settings, frozen=True):
     frequency_khz: Annotated[int, msgspec.Meta(ge=650, le=850), unit("kHz")] = 750
     """Carrier."""
     pulse_us: Annotated[int, msgspec.Meta(ge=0, le=1000), unit("us")] = 0
-    """0: by the range, as the maker's viewer."""
+    """0: chosen by the range, as in the maker's viewer."""
     delay_ms: Annotated[int, msgspec.Meta(ge=0, le=100), unit("ms")] = 0
     """Between beams, for a slow line."""
     sound_speed: Annotated[float, msgspec.Meta(ge=1400.0, le=1600.0), unit("m/s")] = 1500.0
     """m/s; the sonar measures none."""
     ping_s: Annotated[float, msgspec.Meta(ge=0.2, le=2.0), unit("s")] = 0.8
-    """Beams of this time make one ping."""
+    """Beams of this duration make one ping."""
 
     @property
     def sweep(self) -> Sweep:

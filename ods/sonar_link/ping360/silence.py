@@ -18,7 +18,7 @@ class Evidence(NamedTuple):
     counters: "Counter[str]"
     """and what was no message."""
     refusal: str
-    """Of the wish to sweep."""
+    """Of the request to sweep."""
     said: Information | None
     """What the device says it is."""
 
@@ -28,42 +28,42 @@ def why(known: Evidence) -> str:
     if not known.connected:
         return _unreachable(known)
     if known.said is not None and known.said.kind != PING360:
-        return f"what answers at {known.port} is no Ping360 (device type {known.said.kind}): a Ping1D has another line"
+        return f"{known.port} is not a Ping360 (device type {known.said.kind}): a Ping1D uses another line"
     if known.refusal:
         return _refused(known)
     if known.kinds[Kind.DEVICE_DATA] or known.kinds[Kind.AUTO_DEVICE_DATA]:
-        return "its beams cannot be used: see the counters"
+        return "its beams cannot be decoded: see the counters"
     if known.counters["bad_checksum"]:
-        return "its messages come damaged: baud, cable, ground, or two programs on one line"
+        return "its messages arrive damaged: check baud, cable, ground, and whether two programs use the line"
     if known.counters["garbage_bytes"]:
         return "the data received are not of the ping protocol: check sonar.baud and wiring; or is it another device?"
     if known.kinds:
-        return "it answers, but sends no beam: is the head free to turn, and the supply strong enough (11 to 25 V)?"
+        return "it answers, but sends no beam: can the head turn freely, and is the supply sufficient (11 to 25 V)?"
     return _silent(known)
 
 
 def _unreachable(known: Evidence) -> str:
     if known.transport == "serial":
-        return f"{known.port} cannot be opened: is the adapter in, and no other program (the maker's viewer) on it?"
+        return f"{known.port} cannot be opened: is the adapter connected? Does another program (a viewer) use it?"
     bridge = "the bridge (BlueOS: 'Ping Sonar Devices')"
-    return f"nothing receives datagrams at {known.port}: is {bridge} on and its port right?"
+    return f"nothing receives datagrams at {known.port}: is {bridge} running, and is its port correct?"
 
 
 def _refused(known: Evidence) -> str:
     version = "" if known.said is None else f" {'.'.join(map(str, known.said.firmware))}"
     return (
         f"the sonar refused to sweep by itself ({known.refusal}): its firmware{version} is too old for automatic "
-        "transmission, update it by the maker's viewer; or sonar.ping360 asks for what it cannot"
+        "transmission (update it with the maker's viewer), or sonar.ping360 exceeds its limits"
     )
 
 
 def _silent(known: Evidence) -> str:
     if known.transport == "serial":
         return (
-            "connected, but no beam: is the sonar on (11 to 25 V), do A and B (or TX and RX) fit, and is sonar.baud "
-            "one that adapter and cable carry (115200 at first)?"
+            "connected, but no beam: is the sonar on (11 to 25 V), are A and B (or TX and RX) right, and do adapter "
+            "and cable support sonar.baud (start with 115200)?"
         )
     return (
         "connected, but no beam: is the sonar on, is this computer in the bridge's network (`ip route get` its "
-        "address), and does a firewall let UDP out and back? A bridge serves one program at a time: end the viewer"
+        "address), and does a firewall allow UDP both ways? A bridge serves one program at a time: end the viewer"
     )

@@ -3,38 +3,38 @@
 Record 7000, which comes with every ping, says whether a setting took effect; an acknowledgement alone does not.
 """
 
-from ods.sonar_link.orders import Controls, Order, Orders
 from ods.sonar_link.s7k import remote_control
 from ods.sonar_link.s7k.remote_control import ControlReply, ControlRequest
+from ods.sonar_link.setting_requests import Controls, SettingRequest, SettingRequests
 
 COMMAND_OF = {
     "range_m": remote_control.SET_RANGE,
     "power_db": remote_control.SET_POWER,
     "gain_db": remote_control.SET_GAIN,
 }
-"""By the names of orders."""
+"""By the names of settings."""
 
 
 class RemoteControl:
     """Requests to one sonar. Counters: control_requests, control_acknowledged, control_refused."""
 
-    def __init__(self, orders: Orders, subscription: tuple[int, ...] = ()) -> None:
+    def __init__(self, setting_requests: SettingRequests, subscription: tuple[int, ...] = ()) -> None:
         """`subscription`: record types to ask for after each connection, none on a line that sends all."""
-        self._orders = orders
-        self._counters = orders.counters
+        self._setting_requests = setting_requests
+        self._counters = setting_requests.counters
         self._records = subscription
         self._subscribe_due = False
         self._subscription_ticket = 0
         self._subscription_error: int | None = None
-        self._asked: dict[str, tuple[int, Order]] = {}
-        """Ticket and order that were sent last, by setting."""
+        self._asked: dict[str, tuple[int, SettingRequest]] = {}
+        """Ticket and request that were sent last, by setting."""
         self._ticket = 0
 
     def connected(self) -> None:
         """Ask for everything again: the line to the sonar is new."""
         self._subscribe_due = bool(self._records)
         self._subscription_error = None
-        self._orders.renew()
+        self._setting_requests.resend()
 
     def requests(self, now_ns: int) -> list[ControlRequest]:
         """Return what is to be sent now."""
@@ -43,16 +43,16 @@ class RemoteControl:
             self._subscribe_due = False
             self._subscription_ticket = self._next_ticket()
             due.append(remote_control.subscribe(self._subscription_ticket, self._records))
-        for order in self._orders.due(now_ns):
+        for request in self._setting_requests.due(now_ns):
             ticket = self._next_ticket()
-            self._asked[order.name] = ticket, order
-            due.append(remote_control.set_value(COMMAND_OF[order.name], ticket, order.value))
+            self._asked[request.name] = ticket, request
+            due.append(remote_control.set_value(COMMAND_OF[request.name], ticket, request.value))
         self._counters["control_requests"] += len(due)
         return due
 
     def take(self, controls: Controls, now_ns: int) -> None:
         """Take what record 7000 says."""
-        self._orders.receive(controls, now_ns)
+        self._setting_requests.receive(controls, now_ns)
 
     def answered(self, reply: ControlReply) -> None:
         """Take what the sonar replied to a request."""
@@ -61,9 +61,9 @@ class RemoteControl:
             return
         if reply.ticket == self._subscription_ticket:
             self._subscription_error = reply.error
-        for ticket, order in self._asked.values():
+        for ticket, request in self._asked.values():
             if ticket == reply.ticket:
-                order.refuse(f"error {reply.error}")
+                request.refuse(f"error {reply.error}")
 
     def problems(self) -> list[str]:
         """Return, as text, what the sonar would not do."""
@@ -71,7 +71,7 @@ class RemoteControl:
         if self._subscription_error is not None:
             records = ", ".join(map(str, self._records))
             said.append(f"the sonar refused to send records {records} (error {self._subscription_error})")
-        return said + self._orders.problems()
+        return said + self._setting_requests.problems()
 
     def _next_ticket(self) -> int:
         self._ticket = self._ticket % (2**32 - 1) + 1

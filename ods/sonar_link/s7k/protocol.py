@@ -9,7 +9,6 @@ from ods.base import clock
 from ods.messages import Ping
 from ods.runtime.port.address import transport_of
 from ods.sonar_link.device_clock import DeviceClock
-from ods.sonar_link.orders import configured_orders
 from ods.sonar_link.ping_builder import listening_ns
 from ods.sonar_link.protocol import SonarProtocol
 from ods.sonar_link.s7k import records, remote_control
@@ -19,6 +18,7 @@ from ods.sonar_link.s7k.drf import DeviceId, S7kRecord
 from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.loss import RecordError
 from ods.sonar_link.s7k.network_frame import Deframer, frame_record
+from ods.sonar_link.setting_requests import configured_requests
 from ods.sonar_link.settings import SonarSettings
 
 TOLD_NS = 5 * clock.NS
@@ -37,7 +37,7 @@ class S7kProtocol(SonarProtocol):
         utc_of: Callable[[int], int] = clock.utc_ns,
     ) -> None:
         """`utc_of`: UTC of a monotonic instant, ns; requests bear it."""
-        super().__init__(configured_orders(settings, counters), counters)
+        super().__init__(configured_requests(settings, counters), counters)
         framed = transport_of(settings.port) == "tcp"
         wanted = records.SONAR_SETTINGS, records.BEAM_GEOMETRY, settings.s7k.samples_record
         self._utc_of = utc_of
@@ -46,7 +46,7 @@ class S7kProtocol(SonarProtocol):
         self._deframer = Deframer(settings.max_record_bytes, counters) if framed else None
         self._framer = RecordFramer(settings.max_record_bytes, counters)
         self._assembler = Assembler(counters)
-        self._control = RemoteControl(self.orders, wanted if framed else ())
+        self._control = RemoteControl(self.setting_requests, wanted if framed else ())
         self._clocks: dict[DeviceId, DeviceClock] = {}
         """Each sonar's own."""
         self._pinged_ns: dict[DeviceId, int] = {}
@@ -105,12 +105,12 @@ class S7kProtocol(SonarProtocol):
         came = self._record_types
         if not came:
             garbage = self.counters["garbage_bytes"]
-            noise = f"{garbage} bytes of no record came: baud, wiring, or another protocol"
+            noise = f"{garbage} bytes outside records came: check baud, wiring and protocol"
             return f"no s7k record within {seconds:g} s; {noise if garbage else 'it is silent'}"
         missing = [str(kind) for kind in (records.SONAR_SETTINGS, records.BEAM_GEOMETRY) if not came[kind]]
         if not SAMPLES & came.keys():
             missing.append(f"{records.COMPRESSED_WATER_COLUMN} or {records.BEAMFORMED_DATA}")
-        why = f"{' and '.join(missing)} never came whole" if missing else "they do not fit each other"
+        why = f"{' and '.join(missing)} never arrived complete" if missing else "they do not fit together"
         return (
             f"no ping can be made of {self.traffic(seconds)}: {why}; "
             "switch 7000, 7004 and 7042 on at the sonar, for every ping"

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ods.messages import Ping
-from ods.sonar_link.orders import Controls
 from ods.sonar_link.ping_builder import MAX_BEAMS, SOUND_SPEEDS, BeamTable, make_beam_table
 from ods.sonar_link.s7k import water_column
 from ods.sonar_link.s7k.drf import DeviceId, S7kRecord, encode_record
 from ods.sonar_link.s7k.loss import Loss, RecordError
 from ods.sonar_link.s7k.water_column import WaterColumn
+from ods.sonar_link.setting_requests import Controls
 
 SONAR_SETTINGS = 7000
 BEAM_GEOMETRY = 7004
@@ -116,7 +116,7 @@ def first_sample_of(range0_m: float, dr_m: float) -> int:
     """Return the time of the first sample after transmission, in whole samples, as 7042 has it. Raises ValueError."""
     first = round(range0_m / dr_m)
     if abs(range0_m / dr_m - first) > SAMPLE_GRID_TOLERANCE:
-        raise ValueError(f"range0_m: {range0_m:g} is not a multiple of dr_m ({dr_m:g}), which records of s7k require")
+        raise ValueError(f"range0_m: {range0_m:g} is not a multiple of dr_m ({dr_m:g}), as s7k records require")
     return first
 
 

@@ -9,10 +9,10 @@ from ods.messages import Ping
 from ods.runtime.port.address import udp_address
 from ods.runtime.port.datagram_port import DatagramSource
 from ods.sonar_link.device_clock import DeviceClock
-from ods.sonar_link.orders import Controls, Orders
 from ods.sonar_link.ping_builder import Stamp, farthest_m, listening_ns
 from ods.sonar_link.ping_numbers import PingNumbers
 from ods.sonar_link.protocol import SonarProtocol
+from ods.sonar_link.setting_requests import Controls, SettingRequests
 from ods.sonar_link.settings import SonarSettings
 from ods.sonar_link.sonar3d15 import packets, silence
 from ods.sonar_link.sonar3d15.image import LATEST_NS, ping_of
@@ -34,7 +34,7 @@ class Sonar3d15Protocol(SonarProtocol):
     """
 
     def __init__(self, settings: SonarSettings, counters: "Counter[str]") -> None:
-        super().__init__(Orders({}, settable=frozenset(), counters=counters), counters)
+        super().__init__(SettingRequests({}, settable=frozenset(), counters=counters), counters)
         address = udp_address(settings.port)
         assert address is not None  # `SonarSettings` has seen to it
         self._address = address
@@ -122,7 +122,7 @@ class Sonar3d15Protocol(SonarProtocol):
         self._seq += 1
         self._numbers.follow(image.number)
         self._newest_ns = now_ns
-        self.orders.receive(Controls(range_m=farthest_m(ping)), now_ns)
+        self.setting_requests.receive(Controls(range_m=farthest_m(ping)), now_ns)
         self.counters["pings"] += 1
         return msgspec.structs.replace(ping, t_ns=self._sent_ns(image.time_ns, now_ns, listening_ns(ping)))
 

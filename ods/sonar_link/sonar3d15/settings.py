@@ -9,8 +9,8 @@ class Sonar3d15Settings(Settings, frozen=True):
     """Nothing is sent."""
 
     interface: str = ""
-    """This computer's IPv4 address towards the sonar, for multicast; "": by the routing table, often the wrong one of
-    several."""
+    """This computer's IPv4 address in the sonar's network, for multicast; "": by the routing table, often the wrong one
+    of several."""
     sender: str = ""
     """IP address of the sonar; "": any, if there is only one."""
 

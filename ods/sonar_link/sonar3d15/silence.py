@@ -29,11 +29,11 @@ class Evidence(NamedTuple):
 def why(known: Evidence) -> str:
     """Return the reason, or what to look at."""
     if known.kinds[known.images]:
-        return "its range images cannot be used, or come no more: see the counters; is it on, and in the water?"
+        return "its range images cannot be decoded, or have stopped: see the counters; is it on, and in the water?"
     if known.kinds:
-        return f"it sends {', '.join(sorted(known.kinds))}, no range images: are its acoustics on (its web page)?"
+        return f"it sends {', '.join(sorted(known.kinds))}, not range images: are its acoustics on (see its web page)?"
     if any(known.counters[name] for name in DAMAGED):
-        return "its packets come damaged or cut off: look at cable and switch"
+        return "its packets arrive damaged or truncated: check cable and switch"
     if any(known.counters[name] for name in FOREIGN):
         return f"the data at UDP port {known.address.port} are not packets of a Sonar 3D-15: is it another program's?"
     if known.counters["stranger_datagrams"]:
@@ -43,7 +43,7 @@ def why(known: Evidence) -> str:
 
 def _silent(known: Evidence) -> str:
     port = known.address.port
-    firewall = f"a firewall must let UDP {port} in"
+    firewall = f"a firewall must allow incoming UDP {port}"
     sonar = known.source.sender or FALLBACK
     on = f"is the sonar on, which boots for up to 90 s, and are its acoustics on (http://{sonar})"
     if not ipaddress.ip_address(known.address.host).is_multicast:
@@ -51,7 +51,7 @@ def _silent(known: Evidence) -> str:
     interface = (
         f"does the interface with {known.source.interface} lead to it"
         if known.source.interface
-        else "does the route lead to it (else sonar.sonar3d15.interface is this computer's address on its line)"
+        else "does the route lead to it (otherwise set sonar.sonar3d15.interface to this computer's address there)"
     )
     return (
         f"nothing comes from the group {known.address.host}: {on}? Is it set to multicast, and {interface}? "

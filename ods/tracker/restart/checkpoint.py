@@ -11,8 +11,8 @@ import ods
 from ods.base.clock import NS
 from ods.base.settings import Settings
 from ods.runtime.bus import UNDECODABLE
-from ods.runtime.state_files.kept_file import KeptFile, KeptFileError
-from ods.runtime.state_files.kept_writer import KeptWriter
+from ods.runtime.state_files.state_file import StateFile, StateFileError
+from ods.runtime.state_files.state_file_writer import StateFileWriter
 from ods.tracker.map.link import OBJECTS_A_PACKET
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.restart.state import Announced, MapChanges, TrackerState
@@ -91,9 +91,9 @@ class Checkpoints:
 
     def __init__(self, run_dir: Path, settings: Settings, complain: Callable[[str, str], None]) -> None:
         """`settings`: those of the tracker; `complain` takes a counter's name and a line."""
-        self._file = KeptFile(run_dir / "tracker.checkpoint")
-        self._base_files = [KeptFile(run_dir / f"tracker.map-objects-{turn}") for turn in (0, 1)]
-        self._writer = KeptWriter()
+        self._file = StateFile(run_dir / "tracker.checkpoint")
+        self._base_files = [StateFile(run_dir / f"tracker.map-objects-{turn}") for turn in (0, 1)]
+        self._writer = StateFileWriter()
         configured = msgspec.json.encode((ods.__version__, settings), enc_hook=str)
         self._digest = hashlib.sha256(configured).hexdigest()
         self._complain = complain
@@ -105,7 +105,7 @@ class Checkpoints:
         """Return what a former tracker left; where to go on only if it was at work within the last `within_s`."""
         try:
             checkpoint = _decoded(self._file, Checkpoint)
-        except (KeptFileError, *UNDECODABLE) as error:
+        except (StateFileError, *UNDECODABLE) as error:
             self._complain("checkpoint_unusable", f"starting without a checkpoint: {error}")
             return PreviousState(lost=True)
         if checkpoint is None:
@@ -126,7 +126,7 @@ class Checkpoints:
             return []
         try:
             base = _decoded(self._base_files[number % 2], Base)
-        except (KeptFileError, *UNDECODABLE) as error:
+        except (StateFileError, *UNDECODABLE) as error:
             self._complain("checkpoint_unusable", f"objects of the map are those of its file: {error}")
             return []
         return base.objects if base is not None and base.number == number else []
@@ -148,7 +148,7 @@ class Checkpoints:
         self._base_size = len(objects)
 
 
-def _decoded(file: KeptFile, kind: type[KindT]) -> KindT | None:
-    """Raises KeptFileError and what is in UNDECODABLE."""
+def _decoded(file: StateFile, kind: type[KindT]) -> KindT | None:
+    """Raises StateFileError and what is in UNDECODABLE."""
     content = file.read()
     return None if content is None else msgspec.msgpack.decode(content, type=kind)

@@ -10,11 +10,11 @@ from pathlib import Path
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
-from ods.base.files.by_place import ByPlace, place_after
+from ods.base.files.lazy_sequence import LazySequence, place_after
 from ods.base.geodesy import LocalFrame
 from ods.base.settings_file import load
 from ods.messages import Ping, Pose, Truth
-from ods.offline.poses import Way, way_of
+from ods.offline.poses import PoseTrack, pose_track_of
 from ods.offline.recorded import Indexed, TruthsByNumber, is_recording
 from ods.offline.truths import truths_beside
 from ods.recording.mcap.reader import open_recording
@@ -39,7 +39,7 @@ class DataError(OdsError):
     """The data cannot be opened; the text is one line."""
 
 
-class KeptPings(ByPlace[Ping]):
+class KeptPings(LazySequence[Ping]):
     """Pings of anywhere, of which the last ones are kept. May be used from several threads."""
 
     def __init__(self, pings: Sequence[Ping], most_bytes: int = KEPT_BYTES) -> None:
@@ -130,7 +130,7 @@ def open_data(reference: DataReference, scene: SceneFile | None, folders: Sequen
             return _simulated(reference, scene, folders)
         case "file":
             return _from_file(reference, readable(reference.path, folders))
-    raise DataError(NONE_OPEN if reference.kind == "none" else f"{reference.kind}: has no pings to go back to")
+    raise DataError(NONE_OPEN if reference.kind == "none" else f"{reference.kind}: has no pings")
 
 
 def _simulated(reference: DataReference, scene: SceneFile | None, folders: Sequence[Path]) -> Data:
@@ -167,9 +167,9 @@ def _from_file(reference: DataReference, path: Path) -> Data:
     if not len(recording.pings):
         raise DataError(f"{path}: no pings in it")
     try:
-        way = way_of(path, recording) if recording.timed else Way([], None)
+        way = pose_track_of(path, recording) if recording.timed else PoseTrack([], None)
     except OdsError:
-        way = Way([], None)
+        way = PoseTrack([], None)
     truths = truths_beside(path)
     return Data(reference, KeptPings(recording.pings), way.poses, recording.timed, truths, recording.losses, way.frame)
 

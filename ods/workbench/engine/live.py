@@ -166,7 +166,7 @@ class Live:
         for topic in ("ping", "pose", "detections", "obstacles"):
             age_s = self.age_s(topic, now_ns)
             if age_s is None:
-                said.append(f"no {WORDS[topic]} yet{bus.hindrance(self.run_dir, bus.TOPICS[topic].publisher)}")
+                said.append(f"no {WORDS[topic]} yet{bus.unreachable_reason(self.run_dir, bus.TOPICS[topic].publisher)}")
             elif age_s > self._patience_s(topic):
                 said.append(f"no {WORDS[topic]} for {age_s:.1f} s")
         return said
@@ -178,9 +178,9 @@ class Live:
         """Return what a planner has to make of the newest list: silence of the tracker is a reason, too."""
         latest, age_s = self.obstacles, self.age_s("obstacles", now_ns)
         if latest is None or age_s is None:
-            return Verdict(False, (f"no obstacle list yet{bus.hindrance(self.run_dir, 'tracker')}",), "")
+            return Verdict(False, (f"no obstacle list yet{bus.unreachable_reason(self.run_dir, 'tracker')}",), "")
         if age_s > bus.TOPICS["obstacles"].stale_s:
-            why = bus.hindrance(self.run_dir, "tracker")
+            why = bus.unreachable_reason(self.run_dir, "tracker")
             return Verdict(False, (f"no obstacle list for {age_s:.1f} s{why}",), "")
         return Verdict(latest.valid, tuple(latest.reasons), "; ".join(cautions(latest)))
 

@@ -78,13 +78,13 @@ def _with_labels(state: State, labels: Iterable[Label]) -> State:
 
 def _remove_label(state: State, action: do.RemoveLabel) -> State:
     if not 0 <= action.at < len(state.labels):
-        raise PathError("label: there is no such one")
+        raise PathError("label: no such label")
     return replace(state, labels=state.labels[: action.at] + state.labels[action.at + 1 :])
 
 
 def _swap(state: State, _: do.SwapAB) -> State:
     if state.other is None:
-        raise PathError("B: none is kept; keep a configuration as B first")
+        raise PathError("B is empty: keep a configuration as B first")
     return replace(state, tuning=state.other, other=state.tuning)
 
 

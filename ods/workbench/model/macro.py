@@ -33,7 +33,7 @@ def macro_of(history: History) -> Macro:
 def _script(history: History) -> str:
     return "\n".join(
         [
-            '"""Recorded by the workbench of ODS: does again what was done, and writes what comes of it."""',
+            '"""Recorded by the workbench of ODS: repeats the recorded actions and writes the results."""',
             "",
             "from pathlib import Path",
             "",
@@ -55,7 +55,7 @@ def _call(action: do.Action) -> str:
 
 def _commands(state: State) -> str:
     data = state.data
-    lines = ["#!/bin/sh", "set -eu", "# The same by commands; pings without times or poses have no obstacles."]
+    lines = ["#!/bin/sh", "set -eu", "# The same with commands; pings without times or poses have no obstacles."]
     if data.kind == "scene":
         sonar = shlex.quote(data.sonar)
         lines.append(f"ods track {SCENE} --sonar {sonar} --config {CONFIG} --json > {OBSTACLES}")
@@ -65,5 +65,5 @@ def _commands(state: State) -> str:
         lines.append(f"ods detect {file} --config {CONFIG} --json > {DETECTIONS}")
         lines.append(f"ods track {file} --config {CONFIG} --json > {OBSTACLES} || rm -f {OBSTACLES}")
     else:
-        lines.append("# no data was open: nothing to do again")
+        lines.append("# no data was open: nothing to repeat")
     return "\n".join([*lines, ""])

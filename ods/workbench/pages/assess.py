@@ -44,7 +44,7 @@ def build(session: Session) -> None:
             ui.label("Speed against accuracy").classes("text-base font-medium")
             _ChainsCard(session)
         with ui.card().classes("w-full min-w-0").props("flat bordered"):
-            ui.label("One setting from end to end").classes("text-base font-medium")
+            ui.label("Sweep of one setting").classes("text-base font-medium")
             _SweepCard(session)
 
 
@@ -154,7 +154,7 @@ class _SweepCard:
             self._chosen = ui.select({}, label="setting", with_input=True).classes("grow").mark("swept setting")
             self._low, self._high = ui.number("from").classes("w-16"), ui.number("to").classes("w-16")
             self._count = ui.number("values", value=9, min=2, max=40, precision=0).classes("w-14")
-            self._factors = ui.switch("by factors").classes("whitespace-nowrap").tooltip("even steps of the logarithm")
+            self._factors = ui.switch("by factors").classes("whitespace-nowrap").tooltip("logarithmic scale")
             ui.button("Sweep", on_click=self._ask).props("dense no-caps").mark("sweep")
         self._work = _Background()
         self._chart = ChartView(height="26rem").mark("sweep chart")
@@ -181,7 +181,10 @@ class _SweepCard:
     def _ask(self) -> None:
         number, low, high = self._numbers.get(self._chosen.value or ""), self._low.value, self._high.value
         if number is None or low is None or high is None or high <= low or (self._factors.value and low <= 0.0):
-            ui.notify("choose a setting, and from where to where, upwards; by factors from above 0", type="warning")
+            ui.notify(
+                "choose a setting and an increasing range; with a logarithmic scale it must start above 0",
+                type="warning",
+            )
             return
         count = min(40, max(2, int(self._count.value or 2)))
         values = even_values(low, high, count, by_factors=self._factors.value, whole=number.whole)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from nicegui import ui
 
 from ods.base.errors import one_line
-from ods.workbench.engine.gallery.exhibits import Exhibit, exhibits
+from ods.workbench.engine.gallery.demos import Demo, demos
 from ods.workbench.engine.gallery.results import Result, gallery_folder, kept, made
 from ods.workbench.model.actions import SetState
 from ods.workbench.model.state import State, Tuning
@@ -17,7 +17,7 @@ from ods.workbench.web.follow import in_loop
 def build(session: Session) -> None:
     """Build the menu: what was made before shows at once, the rest is made in the background."""
     base = State(tuning=Tuning(session.loaded.config), view=session.state.view)
-    cards = [_Card(session, exhibit, base) for exhibit in _shown(session)]
+    cards = [_Card(session, demo, base) for demo in _shown(session)]
     ends = threading.Event()
     with ui.element().classes("hidden") as marker:
         marker.client.on_delete(ends.set)
@@ -26,14 +26,12 @@ def build(session: Session) -> None:
         threading.Thread(target=_make, args=(waiting, ends), daemon=True, name="gallery").start()
 
 
-def _shown(session: Session) -> Iterable[Exhibit]:
-    ui.label("Pictures are made once with the configuration that the workbench began with, and kept.").classes(
-        "text-sm"
-    )
+def _shown(session: Session) -> Iterable[Demo]:
+    ui.label("Pictures are made once, with the configuration at the workbench's start, and kept.").classes("text-sm")
     grid = ui.element("div").classes("w-full grid grid-cols-1 lg:grid-cols-2 2xl:grid-cols-3 gap-3")
-    for exhibit in exhibits(session.folders):
+    for demo in demos(session.folders):
         with grid:
-            yield exhibit
+            yield demo
 
 
 def _make(cards: list["_Card"], ends: threading.Event) -> None:
@@ -44,26 +42,26 @@ def _make(cards: list["_Card"], ends: threading.Event) -> None:
 
 
 class _Card:
-    """One exhibit."""
+    """One demo."""
 
-    def __init__(self, session: Session, exhibit: Exhibit, base: State) -> None:
-        self._session, self._exhibit, self._base = session, exhibit, base
-        with ui.card().classes("w-full gap-1").props("flat bordered").mark(f"exhibit {exhibit.key}") as self._card:
+    def __init__(self, session: Session, demo: Demo, base: State) -> None:
+        self._session, self._demo, self._base = session, demo, base
+        with ui.card().classes("w-full gap-1").props("flat bordered").mark(f"demo {demo.key}") as self._card:
             with ui.row().classes("w-full items-center no-wrap"):
-                ui.label(exhibit.title).classes("text-base font-medium grow")
-                if not exhibit.missing:
+                ui.label(demo.title).classes("text-base font-medium grow")
+                if not demo.missing:
                     opens = ui.button("Open", icon="open_in_new", on_click=self._open).props("flat dense no-caps")
-                    opens.mark(f"open {exhibit.key}").tooltip("in all other menus")
+                    opens.mark(f"open {demo.key}").tooltip("in all other menus")
             self._picture = ui.column().classes("w-full items-center justify-center gap-1").style("min-height: 120px")
-            self._facts = ui.label().classes("text-xs opacity-70").mark(f"facts {exhibit.key}")
-            for sentence in exhibit.look:
+            self._facts = ui.label().classes("text-xs opacity-70").mark(f"facts {demo.key}")
+            for sentence in demo.look:
                 ui.label(sentence).classes("text-sm")
-        self.lasts = exhibit.file is None
+        self.lasts = demo.file is None
         """A mission, not a single image."""
-        self.waits = not exhibit.missing and not self._show_kept()
+        self.waits = not demo.missing and not self._show_kept()
         with self._picture:
-            if exhibit.missing:
-                ui.label(f"Not here: {exhibit.missing}.").classes("text-sm text-warning")
+            if demo.missing:
+                ui.label(f"Not here: {demo.missing}.").classes("text-sm text-warning")
             elif self.waits:
                 self._progress = ui.linear_progress(value=0.0, show_value=False).props("instant-feedback")
                 ui.label("being made, once").classes("text-xs opacity-70")
@@ -76,7 +74,7 @@ class _Card:
             return not ends.is_set()
 
         try:
-            result = made(self._exhibit, self._base, gallery_folder(), progress)
+            result = made(self._demo, self._base, gallery_folder(), progress)
         except Exception as error:  # a bad file does not take the others away
             why = one_line(error)
             in_loop(self._card, lambda: self._say(why))
@@ -89,7 +87,7 @@ class _Card:
             in_loop(self._progress, lambda: self._progress.set_value(share))
 
     def _show_kept(self) -> bool:
-        result = kept(self._exhibit, self._base, gallery_folder())
+        result = kept(self._demo, self._base, gallery_folder())
         if result is not None:
             self._show(result)
         return result is not None
@@ -108,5 +106,5 @@ class _Card:
 
     def _open(self) -> None:
         base = State(tuning=self._base.tuning, view=self._session.state.view, scene=self._session.state.scene)
-        self._session.do(SetState(self._exhibit.state(base), f"gallery: {self._exhibit.title}"))
-        ui.notify(f"{self._exhibit.title}: open in all menus, as Image processing and Observer")
+        self._session.do(SetState(self._demo.state(base), f"gallery: {self._demo.title}"))
+        ui.notify(f"{self._demo.title}: open in all menus, as Image processing and Observer")

@@ -32,8 +32,8 @@ LAYERS: dict[EchogramLayer, tuple[str, str]] = {
     "echoes": ("detections", "of configuration A"),
     "tracks": ("tracks", "ranges of tracked objects in the fan, by their states"),
     "truth": ("truth", "ranges of true objects in the fan, where they are known"),
-    "faults": ("drop-outs", "images, or parts of them, that say nothing, and pings that are missing"),
-    "validity": ("validity", "lists that a planner must not trust"),
+    "faults": ("drop-outs", "unobserved images or parts of them, and missing pings"),
+    "validity": ("validity", "lists that are not valid"),
 }
 """Name and meaning of each."""
 
@@ -193,7 +193,7 @@ class _Page:
 
     def _doing(self, state: State, echogram: Echogram | None, *, tracks_are_old: bool) -> str:
         if state.data.kind not in TRACKED:
-            return "No data are open: the echogram of a recording, or of a scene, is shown here."
+            return "No data are open. The echogram of a recording or scene is shown here."
         if self._run.error:
             return self._run.error
         words = []

@@ -27,7 +27,7 @@ from ods.workbench.web.views.chart_view import Axis, ChartView, Curve, Panel
 from ods.workbench.web.views.fan_view import FanView
 from ods.workbench.web.views.plan_view import Circle, Line as Way, Mark, Pick, PlanView, Shape
 
-NONE = """No vehicle's bus is looked at. Start the workbench with --live RUN_DIR, on the vehicle's own computer or where
+NONE = """No vehicle's bus is shown. Start the workbench with --live RUN_DIR, on the vehicle's computer or where
 `ods replay --live` plays a recording."""
 SHOWN_LINES = 100
 HEIGHT = "max(300px, calc(100vh - 520px))"

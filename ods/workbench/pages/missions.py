@@ -34,13 +34,15 @@ class _Missions:
                 self._list = ui.list().props("dense bordered").classes("w-full max-h-96 overflow-auto")
             with ui.column().classes("grow min-w-0"):
                 with ui.row().classes("items-center w-full"):
-                    self._line = ui.label("Choose a mission: it is flown with configuration and world of its campaign.")
+                    self._line = ui.label(
+                        "Choose a mission: it is run with the configuration and world of its campaign."
+                    )
                     self._line.classes("text-sm").mark("mission result")
                     self._stop = ui.button("stop", on_click=self._ends.set).props("flat dense no-caps")
                     self._stop.set_visibility(False)
                 self._bar = ui.linear_progress(value=0.0, show_value=False).props("instant-feedback")
                 self._bar.set_visibility(False)
-                self._plan = PlanView(title="way, obstacles and the last list", height="calc(100vh - 9.5rem)")
+                self._plan = PlanView(title="path, obstacles and the last list", height="calc(100vh - 9.5rem)")
         self._bar.client.on_delete(self._ends.set)
 
     def _build_opening(self) -> None:
@@ -94,7 +96,7 @@ class _Missions:
 
 def text_of(choice: Choice) -> str:
     """Return a mission as a line of the list."""
-    came = "not flown yet" if choice.outcome is None else said_of(choice.outcome)
+    came = "not run yet" if choice.outcome is None else said_of(choice.outcome)
     return f"{choice.name}, mission {choice.number}: {came}"
 
 

@@ -83,7 +83,7 @@ class _Observer:
             with ui.element("div").classes("grow min-w-0").style("flex-basis: 46%"):
                 self._plan = PlanView(title="Plan", height=HEIGHT)
             with ui.element("div").classes("grow min-w-0").style("flex-basis: 54%"):
-                self._times = ChartView(title="Lives, and the course of one object", height=HEIGHT)
+                self._times = ChartView(title="Life cycles, and the history of one object", height=HEIGHT)
         self._plan.on_pick(self._picked)
         self._times.on_mark(self._mark)
         self._times.on_pick(self._go_to)

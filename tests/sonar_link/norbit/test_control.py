@@ -55,7 +55,7 @@ def test_a_port_that_answers_nothing_is_one_problem_not_one_for_each_command() -
     control = made()
     for turn in range(60):
         control.requests(turn * S // 4)
-    assert control.problems() == ["the sonar answers no command: is `command_port` that of a WBMS?"]
+    assert control.problems() == ["the sonar does not answer commands: is `command_port` that of a WBMS?"]
 
 
 def test_all_is_sent_again_after_each_connection_and_nothing_without_one() -> None:

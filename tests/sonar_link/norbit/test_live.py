@@ -31,7 +31,7 @@ PATIENCE_S = 30.0
 EDS = {"ins_eds": "ins", "node_eds": "ods_node"}
 
 
-class FarEnd:
+class SimulatedSonar:
     """A WBMS made of sockets. It answers each command with itself, and pings when it was asked to."""
 
     def __init__(self, *, answers: bool = True, always: bytes = b"") -> None:
@@ -160,7 +160,7 @@ class Process:
 
 
 @contextlib.contextmanager
-def running(end: FarEnd) -> Iterator[Process]:
+def running(end: SimulatedSonar) -> Iterator[Process]:
     with tempfile.TemporaryDirectory(prefix="ods-") as folder:  # a socket path must be short
         process = Process(Path(folder), end.ports)
         try:
@@ -172,7 +172,7 @@ def running(end: FarEnd) -> Iterator[Process]:
 
 @pytest.mark.timeout(120)
 def test_it_is_reported_what_to_do_and_its_images_come_also_after_a_lost_connection() -> None:
-    end = FarEnd()
+    end = SimulatedSonar()
     with running(end) as process:
         process.wait(lambda: len(process.pings) > 3)
         ping = process.pings[-1]
@@ -193,7 +193,7 @@ def test_it_is_reported_what_to_do_and_its_images_come_also_after_a_lost_connect
 
 @pytest.mark.timeout(120)
 def test_a_lost_command_port_costs_no_image_and_is_spoken_to_again() -> None:
-    end = FarEnd()
+    end = SimulatedSonar()
     with running(end) as process:
         process.wait(lambda: len(process.pings) > 3)
         before = len(end.asked)
@@ -212,11 +212,11 @@ def test_a_lost_command_port_costs_no_image_and_is_spoken_to_again() -> None:
 
 @pytest.mark.timeout(120)
 def test_connected_but_no_image_is_said_with_its_cause() -> None:
-    with running(FarEnd(answers=False)) as process:
-        process.wait(lambda: process.says("the sonar answers no command: is `command_port` that of a WBMS?"))
+    with running(SimulatedSonar(answers=False)) as process:
+        process.wait(lambda: process.says("the sonar does not answer commands: is `command_port` that of a WBMS?"))
 
 
-def received(tmp_path: Path, end: FarEnd, seconds: float) -> list[str]:
+def received(tmp_path: Path, end: SimulatedSonar, seconds: float) -> list[str]:
     shipped = load(CONFIG, OnboardConfig)
     norbit = msgspec.structs.replace(shipped.sonar.norbit, command_port=end.ports[1])
     sonar = msgspec.structs.replace(shipped.sonar, port=f"tcp://127.0.0.1:{end.ports[0]}", norbit=norbit)
@@ -228,16 +228,16 @@ def received(tmp_path: Path, end: FarEnd, seconds: float) -> list[str]:
 
 
 def test_the_doctor_hears_its_images(tmp_path: Path) -> None:
-    good, *_ = received(tmp_path, FarEnd(), 1.5)
+    good, *_ = received(tmp_path, SimulatedSonar(), 1.5)
     assert good.startswith("good ")
     assert "pings/s; images at " in good
 
 
 def test_the_doctor_says_that_the_port_is_that_of_the_bathymetry(tmp_path: Path) -> None:
-    wrong, *_ = received(tmp_path, FarEnd(always=wire.sealed(bytes(88), 1)), 0.6)
-    assert wrong.startswith("wrong it sends bathymetry, no images: sonar.port ")
+    wrong, *_ = received(tmp_path, SimulatedSonar(always=wire.sealed(bytes(88), 1)), 0.6)
+    assert wrong.startswith("wrong it sends bathymetry, not images: these use sonar.port ")
 
 
 def test_the_doctor_says_what_to_look_at_when_it_is_connected_but_no_image_comes(tmp_path: Path) -> None:
-    wrong, *_ = received(tmp_path, FarEnd(answers=False), 0.6)
-    assert wrong == "wrong connected, but no image: it has answered no command yet"
+    wrong, *_ = received(tmp_path, SimulatedSonar(answers=False), 0.6)
+    assert wrong == "wrong connected, but no image: it has not answered any command yet"

@@ -199,22 +199,25 @@ def test_why_there_is_no_image_the_likeliest_cause_first() -> None:
     answer_all(protocol, S, set_power="set_power 0")
     assert protocol.problems(6 * S) == ["connected, but no image: the sonar did not accept set_power 1: it reports 0"]
     answer_all(protocol, S)
-    assert "Another program that is connected and does not read stalls all others" in protocol.problems(6 * S)[0]
+    assert "Another connected program that does not read stalls all others" in protocol.problems(6 * S)[0]
     unanswered = make()
     unanswered.commands_open(0)
     unanswered.requests(0)
-    assert unanswered.diagnosis(1.0) == "connected, but no image: it has answered no command yet"
+    assert unanswered.diagnosis(1.0) == "connected, but no image: it has not answered any command yet"
     assert "command_port is 0" in make(norbit={"command_port": 0}).diagnosis(1.0)
 
 
 @pytest.mark.parametrize(
     ("stream", "said"),
     [
-        (wire.sealed(bytes(88), 1), "it sends bathymetry, no images: sonar.port 2211 is theirs, images have 2211"),
-        (wire.sealed(bytes(168), 4, checksum=0), "it sends snippets, no images"),
-        (GOOD[:-1] + b"\xff", "its packets come damaged"),
-        (b"Sonar is ready to accept commands\r\n", "the data received are not WBMS packets: is sonar.port 2211 that"),
-        (wire.image(wire.samples(1), rate=0.0), "its images cannot be used: see the counters"),
+        (wire.sealed(bytes(88), 1), "it sends bathymetry, not images: these use sonar.port 2211, images use 2211"),
+        (wire.sealed(bytes(168), 4, checksum=0), "it sends snippets, not images"),
+        (GOOD[:-1] + b"\xff", "its packets arrive damaged"),
+        (
+            b"Sonar is ready to accept commands\r\n",
+            "the data received are not WBMS packets: is sonar.port 2211 the image port",
+        ),
+        (wire.image(wire.samples(1), rate=0.0), "its images cannot be decoded: see the counters"),
     ],
 )
 def test_what_comes_in_place_of_images(stream: bytes, said: str) -> None:
@@ -230,7 +233,7 @@ def test_a_sonar_that_cannot_be_reached() -> None:
     assert said.startswith("is the sonar on, and is this computer in the network of 192.168.53.68 (`ip route get ")
     protocol.commands_open(7 * S)
     (said,) = protocol.problems(7 * S)
-    assert said.startswith("it takes commands, but no connection at port 2211: images have 2211; or a firewall")
+    assert said.startswith("it accepts commands, but no connection at port 2211: images use 2211, or a firewall")
 
 
 def test_while_pings_come_another_mode_is_a_problem_and_what_it_did_not_take_is_counted() -> None:

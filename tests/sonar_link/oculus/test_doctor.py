@@ -87,9 +87,9 @@ def test_pings_and_who_sends_them(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("message", "said"),
     [
-        (bytes(wire.header(0xFF, 16)), "it is in standby and does not obey the fire message"),
+        (bytes(wire.header(0xFF, 16)), "it is in standby and ignores the fire message"),
         (bytes(wire.header(0x22, 300)), "it sends full ping results for another program"),
-        (wire.ping(wire.image(1), dr=-1.0), "its ping results cannot be used: see the counters"),
+        (wire.ping(wire.image(1), dr=-1.0), "its ping results cannot be decoded: see the counters"),
     ],
 )
 def test_why_there_is_no_ping(tmp_path: Path, message: bytes, said: str) -> None:
@@ -107,7 +107,7 @@ def test_a_wrong_address_is_reported_by_the_status_of_the_sonar_that_is_there(tm
         with repeating(lambda: sender.sendto(other, ("127.0.0.1", status_port))):
             (wrong,) = sonar_port.listen(settings_for(tmp_path, port, status_port), 0.5)
     assert wrong.level == "wrong"
-    assert wrong.text.endswith("connection refused; a sonar at 192.168.2.3 is received (M750d): is sonar.port right?")
+    assert wrong.text.endswith("connection refused; a sonar at 192.168.2.3 is received (M750d): is sonar.port correct?")
 
 
 def test_a_sonar_that_the_process_has_is_left_alone() -> None:
@@ -116,4 +116,4 @@ def test_a_sonar_that_the_process_has_is_left_alone() -> None:
         server.settimeout(0.1)
         with pytest.raises(TimeoutError):
             server.accept()
-    assert (note.level, note.text) == ("note", "not tried: the sonar process has its connection")
+    assert (note.level, note.text) == ("note", "not tested: the sonar process uses its connection")

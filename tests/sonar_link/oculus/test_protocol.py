@@ -176,16 +176,16 @@ def test_a_sonar_that_cannot_be_reached_is_reported_of_by_its_status() -> None:
     protocol = make()
     protocol.end_stream(S)
     assert protocol.problems(3 * S) == []
-    assert protocol.problems(4 * S) == ["no status of any sonar is received: is it on, and the cable in?"]
+    assert protocol.problems(4 * S) == ["no status of any sonar is received: is it on, and is the cable connected?"]
     protocol.received(wire.status(client="192.168.2.50"), "192.168.2.3", 8 * S)
-    assert protocol.problems(9 * S) == ["it says that 192.168.2.50 has its connection"]
+    assert protocol.problems(9 * S) == ["it reports that 192.168.2.50 has its connection"]
     assert make(oculus={"status_port": 0}).side_port is None
 
 
 def test_planners_cannot_set_it() -> None:
     protocol = make()
     answers: list[Any] = []
-    planners = PlannerRequests(protocol.orders, 4.0, lambda _, answer: answers.append(answer))
+    planners = PlannerRequests(protocol.setting_requests, 4.0, lambda _, answer: answers.append(answer))
     planners.take([b"peer"], SonarRequest(range_m=10.0), S)
     assert not answers[0].ok
     assert "range" in answers[0].reason

@@ -31,7 +31,7 @@ def test_another_sonars_status_is_not_ours() -> None:
     made = board(wire.status("192.168.2.9", state=1 << 16))
     assert made.own(S) is None
     assert made.problems(S) == []
-    assert made.why_unreachable(S) == "a sonar at 192.168.2.9 is received (M750d): is sonar.port right?"
+    assert made.why_unreachable(S) == "a sonar at 192.168.2.9 is received (M750d): is sonar.port correct?"
     assert made.counters == {"other_statuses": 1}
 
 

@@ -87,7 +87,7 @@ def test_another_programs_sweep_is_used_and_said_once_the_sonar_does_not_obey() 
         protocol.feed(wire.auto_data(number % 60, sector=(0, 60)), now_ns)
     assert counters["control_requests"] == 3
     assert counters["pings"] > 20
-    assert protocol.problems(30 * NS) == ["the sonar sweeps from 0 to 60 gradians, not the sector asked for"]
+    assert protocol.problems(30 * NS) == ["the sonar sweeps from 0 to 60 gradians, not the requested sector"]
     protocol.feed(obeyed(3), 31 * NS)
     assert protocol.problems(31 * NS) == []
 
@@ -97,12 +97,12 @@ def test_another_programs_sweep_is_used_and_said_once_the_sonar_does_not_obey() 
     [
         (b"", "connected, but no beam: is the sonar on"),
         (b"\xff\x00garbage" * 20, "sonar.baud and wiring"),
-        (wire.message(2301, bytes(20), checksum=1), "come damaged"),
+        (wire.message(2301, bytes(20), checksum=1), "arrive damaged"),
         (wire.nack(2602), "the sonar refused to sweep by itself (unknown message): its firmware is too old"),
         (wire.nack(2602) + wire.message(4, bytes([2, 1, 1, 2, 3, 0])), "its firmware 1.2.3 is too old"),
-        (wire.message(4, bytes([1, 1, 3, 2, 1, 0])), "no Ping360 (device type 1)"),
-        (wire.message(4, bytes([2, 1, 3, 2, 1, 0])), "is the head free to turn"),
-        (wire.auto_data(count=3), "cannot be used"),
+        (wire.message(4, bytes([1, 1, 3, 2, 1, 0])), "is not a Ping360 (device type 1)"),
+        (wire.message(4, bytes([2, 1, 3, 2, 1, 0])), "can the head turn freely"),
+        (wire.auto_data(count=3), "cannot be decoded"),
     ],
 )
 def test_why_no_beam_comes(stream: bytes, words: str) -> None:
@@ -123,9 +123,9 @@ def test_why_there_is_no_line() -> None:
 
 def test_it_is_spoken_over_serial_lines_and_datagrams() -> None:
     assert SonarSettings("udp://192.168.2.2:9092", protocol="ping360")
-    with pytest.raises(ValueError, match="spoken over serial, socket, udp only"):
+    with pytest.raises(ValueError, match="works over serial, socket, udp only"):
         SonarSettings("tcp://192.168.2.2:9092", protocol="ping360")
-    with pytest.raises(ValueError, match="s7k is spoken over"):
+    with pytest.raises(ValueError, match="s7k works over"):
         SonarSettings("udp://192.168.2.2:9092")
     with pytest.raises(ValueError, match="needs an IP address"):
         SonarSettings("udp://blueos:9092", protocol="ping360")

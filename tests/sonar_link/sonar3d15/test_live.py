@@ -40,7 +40,7 @@ def free_port() -> int:
         return int(one.getsockname()[1])
 
 
-class FarEnd:
+class SimulatedSonar:
     """Sends an image each 20 ms, or what it is reported to send."""
 
     def __init__(self, port: int, *, always: bytes = b"", group: str = GROUP) -> None:
@@ -124,7 +124,7 @@ def test_images_come_whole_and_silence_is_said_and_ends() -> None:
     port = free_port()
     with running(sonar_of(port, sender=HERE)) as process:
         process.wait(lambda: process.says(f"nothing comes from the group {GROUP}"))
-        end = FarEnd(port)
+        end = SimulatedSonar(port)
         try:
             process.wait(lambda: len(process.pings) > 5)
             ping = process.pings[-1]
@@ -141,7 +141,7 @@ def test_images_come_whole_and_silence_is_said_and_ends() -> None:
 @pytest.mark.timeout(120)
 def test_what_others_send_is_left_out() -> None:
     port = free_port()
-    end = FarEnd(port)
+    end = SimulatedSonar(port)
     try:
         with running(sonar_of(port, sender="192.0.2.7")) as process:
             process.wait(lambda: process.says("datagrams come, but none from 192.0.2.7"))
@@ -167,7 +167,7 @@ def received(tmp_path: Path, port: int, seconds: float, address: str = GROUP) ->
 def test_the_doctor_hears_its_images_by_multicast_and_by_unicast(tmp_path: Path) -> None:
     for address, group in ((GROUP, GROUP), (HERE, HERE)):
         port = free_port()
-        end = FarEnd(port, group=group)
+        end = SimulatedSonar(port, group=group)
         try:
             good, *_ = received(tmp_path, port, 1.0, address)
         finally:

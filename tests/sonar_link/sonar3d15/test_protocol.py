@@ -9,7 +9,7 @@ from hypothesis import given, strategies as st
 from ods.base.clock import NS
 from ods.messages import frame_of
 from ods.runtime.counters import COUNTERS
-from ods.sonar_link.registry import objection
+from ods.sonar_link.registry import unsupported_reason
 from ods.sonar_link.settings import SonarSettings
 from ods.sonar_link.sonar3d15.protocol import Sonar3d15Protocol
 from ods.sonar_link.sonar3d15.settings import Sonar3d15Settings
@@ -90,11 +90,11 @@ def test_silence_is_said_with_its_likely_causes() -> None:
     said = why(made(interface="192.168.194.90", sender="192.168.194.96"))
     parts = [
         "nothing comes from the group 224.0.0.96", "acoustics on (http://192.168.194.96)", "set to multicast",
-        "interface with 192.168.194.90", "ip route get 192.168.194.96", "firewall must let UDP 4747 in",
+        "interface with 192.168.194.90", "ip route get 192.168.194.96", "firewall must allow incoming UDP 4747",
     ]  # fmt: skip
     for part in parts:
         assert part in said
-    assert "sonar.sonar3d15.interface is this computer's address" in why(made())
+    assert "set sonar.sonar3d15.interface to this computer's address" in why(made())
     unicast = why(made("udp://0.0.0.0:4800"))
     assert "send by unicast to this computer, port 4800" in unicast
 
@@ -102,25 +102,25 @@ def test_silence_is_said_with_its_likely_causes() -> None:
 def test_what_comes_instead_is_said() -> None:
     protocol = made()
     protocol.feed(wire.sealed(wire.literals(wire.message("BitmapImageGreyscale8", b""))), NS)
-    assert why(protocol).startswith("it sends pictures of signal strength, no range images: are its acoustics on")
+    assert why(protocol).startswith("it sends pictures of signal strength, not range images: are its acoustics on")
     protocol = made()
     protocol.feed(b"$GPGGA,", NS)
     assert why(protocol) == "the data at UDP port 4747 are not packets of a Sonar 3D-15: is it another program's?"
     protocol = made()
     protocol.feed(wire.packet(wire.pixels())[:-3], NS)
-    assert why(protocol).startswith("its packets come damaged or cut off")
+    assert why(protocol).startswith("its packets arrive damaged or truncated")
     protocol = made(sender="10.0.0.1")
     protocol.counters["stranger_datagrams"] = 3
     assert why(protocol).startswith("datagrams come, but none from 10.0.0.1")
 
 
 def test_it_is_spoken_over_udp_only_and_addresses_are_checked() -> None:
-    with pytest.raises(ValueError, match="sonar3d15 is spoken over udp only"):
+    with pytest.raises(ValueError, match="sonar3d15 works over udp only"):
         SonarSettings(protocol="sonar3d15", port="tcp://10.0.0.1:4747")
     with pytest.raises(ValueError, match="needs a port number"):
         SonarSettings(protocol="sonar3d15", port="udp://224.0.0.96")
     with pytest.raises(ValueError, match="interface: eth0: not an IP address"):
         Sonar3d15Settings(interface="eth0")
-    with pytest.raises(ValueError, match="s7k is spoken over serial, socket, tcp only"):
+    with pytest.raises(ValueError, match="s7k works over serial, socket, tcp only"):
         SonarSettings(port=GROUP)
-    assert objection(SonarSettings(protocol="sonar3d15", port=GROUP)) == ""
+    assert unsupported_reason(SonarSettings(protocol="sonar3d15", port=GROUP)) == ""

@@ -46,7 +46,7 @@ def test_a_click_is_answered_while_the_server_does_nothing_and_the_menu_comes_af
                 assert menu in window.execute_script(CHOSEN)
         finally:
             os.kill(server.process.pid, signal.SIGCONT)
-        wait_for(window, "No vehicle's bus is looked at")
+        wait_for(window, "No vehicle's bus is shown")
         open_menu(window, "Echogram")
         wait_for(window, "colours, dB")
         assert "opening Echogram" not in seen(window)

@@ -53,7 +53,7 @@ def walk(window: webdriver.Chrome, kind: str, place: str) -> None:
 
 def test_keys_are_listed_and_dialogs_closed_by_escape(window: webdriver.Chrome) -> None:
     keys(window, "?")
-    wait_for(window, "focus on the next picture, plan or chart")
+    wait_for(window, "focus on the next or previous picture, plan or chart")
     keys(window, Keys.ESCAPE)
     until(lambda: not window.execute_script("return document.querySelector('.q-dialog__backdrop')"))
     keys(window, "o")
@@ -151,7 +151,7 @@ def test_a_ping_is_marked_in_utilities(hand: Hand) -> None:
 
 def test_a_setting_is_swept(hand: Hand) -> None:
     keys(hand.window, "6")
-    wait_for(hand.window, "One setting from end to end")
+    wait_for(hand.window, "Sweep of one setting")
     hand.tab_to("setting")
     keys(hand.window, "high level")
     until(lambda: len(hand.window.execute_script("return document.querySelectorAll('.q-menu .q-item')")) == 1)

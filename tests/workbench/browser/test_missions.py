@@ -76,7 +76,7 @@ def test_the_worst_come_first_and_a_click_flies_one_to_the_same_end(window: webd
 
 def test_a_campaign_s_missions_can_be_flown_before_it_was(window: webdriver.Chrome, results: Path) -> None:
     open_path(window, results / "small.toml")
-    until(lambda: offered(window) == [f"small, mission {number}: not flown yet" for number in range(2)])
+    until(lambda: offered(window) == [f"small, mission {number}: not run yet" for number in range(2)])
 
 
 def test_what_is_no_campaign_is_said_in_a_line(window: webdriver.Chrome, results: Path) -> None:

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, strategies as st
 
 from ods.messages import Detection
+from ods.workbench.engine.ping.analysis import PingAnalyzer
 from ods.workbench.engine.ping.compare import difference
-from ods.workbench.engine.ping.study import Studio
 from ods.workbench.engine.ping.thresholds import setting_at, thresholds
-from tests.workbench.engine.test_study import data, pings, settings
+from tests.workbench.engine.test_ping_analysis import data, pings, settings
 
 
 def found(range_m: float, bearing_rad: float, radius_m: float) -> Detection:
@@ -57,13 +57,13 @@ def test_difference_against_brute_force(a: list[Detection], b: list[Detection]) 
     ],
 )
 def test_a_dragged_level_becomes_the_setting_that_puts_it_there(stage: dict[str, Any]) -> None:
-    studio = Studio(data(pings()))
-    look = studio.study(settings([stage]), 0).looks[-1]
+    analyzer = PingAnalyzer(data(pings()))
+    look = analyzer.analyze(settings([stage]), 0).looks[-1]
     for threshold in thresholds(look, stage):
         assert threshold.draggable
         wanted_db = threshold.level_db + (1.5 if threshold.name != "low" else -1.5)
         value = setting_at(look, stage, wanted_db)
-        moved = studio.study(settings([stage | {threshold.name: value}]), 0).looks[-1]
+        moved = analyzer.analyze(settings([stage | {threshold.name: value}]), 0).looks[-1]
         assert moved.levels_db is not None
         reached = moved.levels_db[0 if threshold.name == "low" else 1]
         assert reached == pytest.approx(wanted_db, abs=0.12)
@@ -71,7 +71,7 @@ def test_a_dragged_level_becomes_the_setting_that_puts_it_there(stage: dict[str,
 
 def test_levels_that_a_rate_tells_are_not_dragged() -> None:
     stage = {"use": "detect.cfar", "rate": 1e-4}
-    look = Studio(data(pings(1))).study(settings([stage]), 0).looks[-1]
+    look = PingAnalyzer(data(pings(1))).analyze(settings([stage]), 0).looks[-1]
     assert [each.draggable for each in thresholds(look, stage)] == [False, False]
     assert setting_at(look, stage, 3.0) is None
     assert np.isfinite([each.level_db for each in thresholds(look, stage)]).all()

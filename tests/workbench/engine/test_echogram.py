@@ -133,7 +133,7 @@ def test_what_cannot_be_read_is_an_empty_column(monkeypatch: pytest.MonkeyPatch)
 def test_a_title_says_what_is_shown() -> None:
     empty = Echogram(np.zeros((2, 1), np.float32), 4, 2, 1.0, 4, np.array([-0.1, 0.0]), np.zeros(2))
     assert title_of(empty, None) == (
-        "Echogram of 4 pings, 2 pings to a column: the highest: the highest level of all beams"
+        "Echogram of 4 pings, 2 pings per column: the highest: the highest level of all beams"
     )
     assert title_of(empty, 1).endswith("beam 1 at +0.0°")
     assert title_of(empty, 9).endswith("beam 9: there is none")

@@ -1,4 +1,4 @@
-"""The gallery: its exhibits, and results made once and kept."""
+"""The gallery: its demos, and results made once and kept."""
 
 import shutil
 from pathlib import Path
@@ -9,8 +9,8 @@ from PIL import Image
 
 from ods.sim_sonar.by_name import find_scene
 from ods.workbench.engine.data import open_data
-from ods.workbench.engine.gallery import exhibits as gallery, results as gallery_results
-from ods.workbench.engine.gallery.exhibits import Exhibit, exhibits
+from ods.workbench.engine.gallery import demos as gallery, results as gallery_results
+from ods.workbench.engine.gallery.demos import Demo, demos
 from ods.workbench.engine.gallery.results import gallery_folder, kept, made
 from ods.workbench.engine.scene.view import built
 from ods.workbench.model import actions as do
@@ -20,13 +20,13 @@ from tests.workbench.engine.test_own_process import keeping
 
 DATA = Path(__file__).parents[2] / "data"
 BASE = State()
-SHORT = Exhibit("short", "Short", ("a", "b", "c"), msgspec.structs.replace(find_scene("figure11").file, duration_s=2.0))
+SHORT = Demo("short", "Short", ("a", "b", "c"), msgspec.structs.replace(find_scene("figure11").file, duration_s=2.0))
 
 
 def test_simulated_exhibits_are_always_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As from a wheel, which has no tests/data."""
     monkeypatch.setattr(gallery, "SOURCES", tmp_path / "nowhere")
-    shown = exhibits([tmp_path])
+    shown = demos([tmp_path])
     assert [each.key for each in shown if not each.missing] == [
         "figure11",
         "worked_example",
@@ -47,16 +47,16 @@ def test_simulated_exhibits_are_always_there(tmp_path: Path, monkeypatch: pytest
 
 def test_recordings_of_the_source_tree_are_shown_and_a_clip_needs_its_geometry(tmp_path: Path) -> None:
     (tmp_path / "clip.avi").write_bytes(b"RIFF")
-    shown = {each.key: each for each in exhibits([tmp_path])}
+    shown = {each.key: each for each in demos([tmp_path])}
     assert shown["aris"].file == DATA / "aris" / "sample.aris"
     assert shown["oculus"].file == DATA / "oculus" / "three_pings_8bit.raw"
     assert "clip.toml beside it" in shown["didson"].missing
     (tmp_path / "clip.toml").write_text("")
-    assert {each.key: each for each in exhibits([tmp_path])}["didson"].file == tmp_path / "clip.avi"
+    assert {each.key: each for each in demos([tmp_path])}["didson"].file == tmp_path / "clip.avi"
 
 
 def test_an_exhibit_opens_in_the_other_menus() -> None:
-    for each in exhibits([DATA]):
+    for each in demos([DATA]):
         if not each.missing:
             state = apply(BASE, do.SetState(each.state(BASE), each.title))
             assert len(open_data(state.data, state.scene, [DATA]).pings) > 0
@@ -82,15 +82,15 @@ def test_what_was_made_is_kept_until_version_or_configuration_change(
 
 
 def test_a_cache_that_was_spoilt_is_made_again(tmp_path: Path) -> None:
-    exhibit = {each.key: each for each in exhibits([])}["oculus"]
-    result = made(exhibit, BASE, tmp_path)
+    demo = {each.key: each for each in demos([])}["oculus"]
+    result = made(demo, BASE, tmp_path)
     assert result is not None
     assert result.facts.startswith("3 pings of 256 x ")
     result.pictures[0].unlink()
-    assert kept(exhibit, BASE, tmp_path) is None
-    assert made(exhibit, BASE, tmp_path) == result
+    assert kept(demo, BASE, tmp_path) is None
+    assert made(demo, BASE, tmp_path) == result
     next(tmp_path.glob("oculus-*.json")).write_text("{")
-    assert kept(exhibit, BASE, tmp_path) is None
+    assert kept(demo, BASE, tmp_path) is None
 
 
 def test_making_can_be_given_up(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from ods.base.files.shipped import shipped_file
 from ods.offline.mission import MissionSettings
 from ods.workbench.engine.data import open_data
 from ods.workbench.engine.files.openable import opening
-from ods.workbench.engine.ping.study import Studio
+from ods.workbench.engine.ping.analysis import PingAnalyzer
 from ods.workbench.model.apply import apply
 from ods.workbench.model.state import State
 
@@ -43,7 +43,7 @@ def look_at(file: Path, folder: Path) -> None:
     """Open a file and look at its first ping, as the page does. Raises OdsError."""
     state = apply(State(), opening(file, [folder]))
     data = open_data(state.data, state.scene, [folder])
-    Studio(data).study(MissionSettings(), 0)
+    PingAnalyzer(data).analyze(MissionSettings(), 0)
 
 
 def refused(file: Path, folder: Path) -> str:
@@ -64,7 +64,7 @@ def test_scenes(tmp_path: Path, change: tuple[str, str]) -> None:
     file.write_text(text.replace(*change))
     said = refused(file, tmp_path)
     assert "scene" in said
-    assert ("higher than an amplitude can be" in said) == any(word in change[1] for word in ("gain", "level_counts"))
+    assert ("higher than the largest amplitude" in said) == any(word in change[1] for word in ("gain", "level_counts"))
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".s7k", ".aris", ".raw", ".avi", ".mcap", ".toml"])

@@ -111,7 +111,7 @@ def test_what_the_page_began_with_is_done_there_first(monkeypatch: pytest.Monkey
 
 
 def test_one_that_is_killed_is_reported() -> None:
-    with pytest.raises(OdsError, match="ended before its time"):
+    with pytest.raises(OdsError, match="process ended unexpectedly"):
         in_own_process(dies, whole)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from nicegui import ui
 
-from ods.workbench.engine.gallery.exhibits import exhibits
+from ods.workbench.engine.gallery.demos import demos
 from ods.workbench.engine.gallery.results import made
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.pages import demonstrator
@@ -16,8 +16,8 @@ from tests.workbench.pages.visiting import until, visiting
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    shown = [SHORT, *(each for each in exhibits([]) if each.key in ("oculus", "didson"))]
-    monkeypatch.setattr(demonstrator, "exhibits", lambda _: shown)
+    shown = [SHORT, *(each for each in demos([]) if each.key in ("oculus", "didson"))]
+    monkeypatch.setattr(demonstrator, "demos", lambda _: shown)
     monkeypatch.setattr(demonstrator, "gallery_folder", lambda: tmp_path)
     return tmp_path
 

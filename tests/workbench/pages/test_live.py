@@ -109,7 +109,7 @@ async def test_without_a_bus_it_says_how_to_get_one() -> None:
     session = Session(State())
     async with simulated(lambda: live.build(session)) as user:
         await user.open("/")
-        await user.should_see("No vehicle's bus is looked at")
+        await user.should_see("No vehicle's bus is shown")
 
 
 @pytest.mark.parametrize("dtype", ["u1", "u2", "f4"])

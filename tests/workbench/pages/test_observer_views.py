@@ -80,7 +80,7 @@ def test_curves_are_the_tracks_values_with_two_sigma() -> None:
     assert north.bands[0].high.tolist() == [16.0, 17.0, 18.0, 19.0, 20.0, 21.0]
     assert velocity.curves[0].y.tolist() == [1.0] * 6
     assert velocity.bands[0].low.tolist() == pytest.approx([0.8] * 6)
-    assert panels[-1].title == "probability to exist"  # no truth, no GOSPA
+    assert panels[-1].title == "probability of existence"  # no truth, no GOSPA
 
 
 def test_an_ellipse_is_that_of_its_covariance() -> None:

@@ -33,7 +33,7 @@ from ods.workbench.session import Session
 from ods.workbench.web.frames import Frame, FrameBoard
 from ods.workbench.web.views.chart_view import ChartView
 from ods.workbench.web.views.fan_view import FanView
-from tests.workbench.engine.test_study import pings
+from tests.workbench.engine.test_ping_analysis import pings
 from tests.workbench.pages.test_observer_views import tracked
 from tests.workbench.pages.visiting import simulated
 

@@ -10,7 +10,7 @@ from scipy.stats import bootstrap
 
 from ods.assess.track.measure import Row
 from ods.base.arrays import Floats
-from ods.plots.chart import dress, number
+from ods.plots.chart import number, style_axes
 from ods.plots.style import QUIET, SERIES, STRONG
 
 MARKERS = "oDs^vP"
@@ -43,8 +43,15 @@ def chart(rows: Sequence[Row]) -> Figure:
     for axis in (left.yaxis, right.xaxis):
         axis.set_major_locator(LogLocator(10.0, RATIOS))
         axis.set_minor_locator(NullLocator())
-    dress(left, "all scenarios; large: geometric mean", "CPU time of a scan, ms, median", "GOSPA over the reference's")
-    dress(right, "scenario by scenario, GOSPA over the reference's", "1: the reference, which knows more", "")
+    style_axes(
+        left, "all scenarios; large: geometric mean", "CPU time of a scan, ms, median", "GOSPA over the reference's"
+    )
+    style_axes(
+        right,
+        "scenario by scenario, GOSPA over the reference's",
+        "1: the reference, which knows identities and motion",
+        "",
+    )
     right.grid(visible=False, axis="y")
     for axes in (left, right):
         axes.get_legend().remove()

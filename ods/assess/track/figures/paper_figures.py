@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from ods.assess.track.case import RADIUS, VX, VZ, Case, X, Z, observe
 from ods.assess.track.scenarios import paper
 from ods.base.arrays import Floats, Indices, Ints, Mask
-from ods.plots.chart import dress, label_points
+from ods.plots.chart import label_points, style_axes
 from ods.plots.style import BAD, QUIET, SERIES, STRONG
 from ods.tracker import scenario
 from ods.tracker.existence import lifecycle
@@ -157,9 +157,9 @@ def draw(run: Example) -> Figure:
         events += _mark(quantities[0], one, course, colour)
     _draw_burst(run.case, plan, quantities)
     for panel, title in zip(quantities, TITLES, strict=True):
-        dress(panel, title, "t, s", "")
+        style_axes(panel, title, "t, s", "")
     quantities[1].invert_yaxis()
-    dress(plan, "figure 6: paths", "east, m", "north, m")
+    style_axes(plan, "figure 6: paths", "east, m", "north, m")
     plan.set_aspect("equal", adjustable="datalim")
     plan.legend(loc="lower left")
     quantities[2].set_ylim(0.0, 7.5)

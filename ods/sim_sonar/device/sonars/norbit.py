@@ -55,8 +55,8 @@ class Setting(NamedTuple):
     power: bool
 
 
-class NorbitEnd:
-    """The far end of a WBMS: see `FarEnd`. It does not ping before it is asked to."""
+class SimulatedNorbit:
+    """The far end of a WBMS: see `SimulatedSonar`. It does not ping before it is asked to."""
 
     def __init__(self, nominal: ImageSimulator, line: TcpLine, commands: TcpLine) -> None:
         """`nominal`: the images at the scene's levels; `line`, `commands`: the ports of images and commands."""

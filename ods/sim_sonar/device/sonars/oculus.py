@@ -29,8 +29,8 @@ STATUS_PERIOD_NS = NS
 PATIENCE_S = 0.01
 
 
-class OculusEnd:
-    """The far end of an Oculus: see `FarEnd`. Before its first fire message it is in standby."""
+class SimulatedOculus:
+    """The far end of an Oculus: see `SimulatedSonar`. Before its first fire message it is in standby."""
 
     def __init__(self, file: SonarFile, nominal: ImageSimulator, line: TcpLine, status_port: int) -> None:
         """`file`: the low mode; `nominal`: its images."""

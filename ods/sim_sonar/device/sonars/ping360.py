@@ -8,7 +8,7 @@ import numpy as np
 
 from ods.base.arrays import Bytes
 from ods.messages import TruthObject
-from ods.sim_sonar.device.remote_end import Line
+from ods.sim_sonar.device.remote_control_server import Line
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sonar.model import SonarModel
@@ -76,8 +76,8 @@ class ScannedImages(ImageSimulator):
         ]
 
 
-class Ping360End:
-    """The far end of a Ping360: see `FarEnd`. It does not ping before it is asked to."""
+class SimulatedPing360:
+    """The far end of a Ping360: see `SimulatedSonar`. It does not ping before it is asked to."""
 
     def __init__(self, nominal: ImageSimulator, line: Line) -> None:
         """`nominal`: the images at the scene's levels."""

@@ -4,7 +4,7 @@ import dataclasses
 from pathlib import Path
 
 from ods.base.errors import OdsError
-from ods.sim_sonar.device.remote_end import NOMINAL_GAIN_DB, NOMINAL_POWER_DB, Line, RemoteEnd
+from ods.sim_sonar.device.remote_control_server import NOMINAL_GAIN_DB, NOMINAL_POWER_DB, Line, RemoteControlServer
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sonar.model import SonarModel
@@ -21,13 +21,13 @@ def refuse_beyond_s7k(scene_file: Path, scene: Scene, sonar_file: Path | str, so
         raise OdsError(f"{sonar_file}: {error}") from error
 
 
-class SeaBatEnd:
-    """The far end of a 7k sonar: see `FarEnd`."""
+class SimulatedSeaBat:
+    """The far end of a 7k sonar: see `SimulatedSonar`."""
 
     def __init__(self, nominal: ImageSimulator, line: Line) -> None:
         """`nominal`: the images of the longest range, at the scene's levels: those after switching on."""
         self._nominal = nominal
-        self._remote = RemoteEnd(nominal.sonar, line)
+        self._remote = RemoteControlServer(nominal.sonar, line)
 
     @property
     def controls(self) -> object:

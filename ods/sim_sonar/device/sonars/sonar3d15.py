@@ -15,8 +15,8 @@ STRENGTH = 120
 """Of every echo."""
 
 
-class Sonar3d15End:
-    """The far end of a Sonar 3D-15: see `FarEnd`. Nothing can be asked of it."""
+class SimulatedSonar3d15:
+    """The far end of a Sonar 3D-15: see `SimulatedSonar`. Nothing can be asked of it."""
 
     def __init__(self, nominal: ImageSimulator) -> None:
         """`nominal`: of the sonar's file, which gives openings, pixels, range and rate.

@@ -42,7 +42,7 @@ def with_catalogue(header_frame: bytes, catalogue_bytes: int, catalogue_at: int)
     header = drf.unpack_record_header(header_frame)
     end = header.optional_offset + _CATALOGUE_PLACE.size
     if header.record_type != FILE_HEADER or not header.optional_offset or end + drf.CHECKSUM_BYTES != len(header_frame):
-        raise ValueError("its file header has no space for a catalogue")
+        raise ValueError("its file header has no room for a catalogue")
     frame = header_frame[: header.optional_offset] + _CATALOGUE_PLACE.pack(catalogue_bytes, catalogue_at)
     return frame + drf.checksum_of(frame).to_bytes(drf.CHECKSUM_BYTES, "little")
 

@@ -9,7 +9,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any, Concatenate, Generic, NamedTuple, ParamSpec, TypeVar
 
-from ods.base.computer.resident import give_back_freed
+from ods.base.computer.resident import release_freed_memory
 from ods.base.errors import OdsError, one_line
 
 Params = ParamSpec("Params")
@@ -81,7 +81,7 @@ class OwnProcess(Generic[ProgressT, Params, ResultT]):
             process.join(ENDING_S)
             process.kill()  # does nothing to one that has ended
             process.join()
-            give_back_freed()  # copies of what it took and returned
+            release_freed_memory()  # copies of what it took and returned
 
     def _asked(self, on_progress: Callable[[ProgressT], bool], args: Any, kwargs: Any) -> _Done | _Failed:
         try:
@@ -94,7 +94,7 @@ class OwnProcess(Generic[ProgressT, Params, ResultT]):
                 pipe.send(on_progress(answer.progress))
             why = f"hangs: no progress in {SILENT_S:.0f} s; its process was killed"
         except (EOFError, OSError):
-            why = "its process has ended before its time"
+            why = "its process ended unexpectedly"
         except BaseException:  # of `on_progress`: the process still waits for its answer
             self.end()
             raise

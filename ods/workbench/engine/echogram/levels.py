@@ -51,7 +51,7 @@ def title_of(echogram: Echogram, beam: int | None) -> str:
     if beam is not None:
         known = beam < len(echogram.bearing_rad)
         which = f"beam {beam}" + (f" at {np.degrees(echogram.bearing_rad[beam]):+.1f}°" if known else ": there is none")
-    shared = f", {echogram.per_column} pings to a column: the highest" if echogram.per_column > 1 else ""
+    shared = f", {echogram.per_column} pings per column: the highest" if echogram.per_column > 1 else ""
     return f"Echogram of {echogram.pings} pings{shared}: {which}"
 
 

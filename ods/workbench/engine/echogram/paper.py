@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ods.base.arrays import Floats32
-from ods.plots.fan import dress_bar
+from ods.plots.fan import style_colour_bar
 from ods.plots.style import ACCENT, BAD, GOOD, MARK, OTHER, WARN, drawn_in, outline
 from ods.workbench.engine.echogram.layers import TRUTH, Layers, Span, Way
 from ods.workbench.engine.echogram.levels import Echogram, title_of
@@ -62,7 +62,7 @@ def _figure(echogram: Echogram, layers: Layers, state: State) -> Figure:
         cmap=view.palette,
     )  # fmt: skip
     axes.set(xlabel="ping", ylabel="range, m", xlim=extent[:2], ylim=extent[2:])
-    dress_bar(figure.colorbar(picture, ax=axes, pad=0.01), "level over the median, dB")
+    style_colour_bar(figure.colorbar(picture, ax=axes, pad=0.01), "level over the median, dB")
     _draw_layers(axes, layers, view.echogram_layers)
     handles, names = axes.get_legend_handles_labels()
     if handles:

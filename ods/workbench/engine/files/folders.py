@@ -76,5 +76,5 @@ def _under(path: Path, folders: list[Path]) -> Path:
         raise FolderError(f"{path}: {' '.join(str(error).split())}") from error
     if not inside:
         shown = ", ".join(map(str, folders)) or "none"
-        raise FolderError(f"{path}: not under the workbench's folders ({shown}); --folder gives another")
+        raise FolderError(f"{path}: not under the workbench's folders ({shown}); add one with --folder")
     return place

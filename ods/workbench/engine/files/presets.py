@@ -60,5 +60,5 @@ def _file(name: str, folders: Sequence[Path]) -> Path:
         shown = name if len(name) <= LONGEST else f"{name[:LONGEST]}..."
         raise OdsError(f"preset {shown!r}: a name has 1 to {LONGEST} letters, digits, blanks, and . , + - _")
     if not folders:
-        raise OdsError("presets: the workbench has no folder to keep them in; --folder gives one")
+        raise OdsError("presets: the workbench has no folder for them; add one with --folder")
     return folders[0] / FOLDER / file_name(name)

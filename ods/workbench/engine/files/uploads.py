@@ -52,7 +52,7 @@ def place_of(name: str) -> Path:
         raise OdsError(f"{plain or 'a file'}: the ending must be one of {', '.join(ENDINGS)}")
     folder = uploads_folder()
     if folder is None:
-        raise OdsError(f"{plain}: this user has no folder to keep it in; ODS_DATA_DIR names one")
+        raise OdsError(f"{plain}: this user has no data folder; set ODS_DATA_DIR")
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
@@ -68,7 +68,7 @@ def examine(file: Path, name: str) -> None:
         elif file.suffix.lower() == CLIP:
             with opened(file) as content:
                 if content.read(len(CLIP_BEGINS)) != CLIP_BEGINS:
-                    raise OdsError("no clip of pictures")
+                    raise OdsError("not a clip of images")
         else:
             _ = open_data(DataReference("file", str(file)), None, [file.parent]).pings[0]
     except OdsError as error:

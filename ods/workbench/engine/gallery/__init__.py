@@ -1,1 +1,1 @@
-"""The gallery: its exhibits, and pictures and figures of them, made once."""
+"""The gallery: its demos, and pictures and figures of them, made once."""

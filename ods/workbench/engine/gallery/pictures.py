@@ -1,4 +1,4 @@
-"""Pictures of the gallery's exhibits, drawn in a process of its own, as Matplotlib is large."""
+"""Pictures of the gallery's demos, drawn in a process of its own, as Matplotlib is large."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from ods.plots.style import DARK, QUIET, SERIES, drawn_in
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
 from ods.workbench.engine.background.own_process import GoesOn
-from ods.workbench.engine.gallery.exhibits import SONAR, Exhibit, ExhibitResult
+from ods.workbench.engine.gallery.demos import SONAR, Demo, DemoResult
 from ods.workbench.engine.printing import detections_of
 from ods.workbench.engine.scene.rehearsal import Rehearsal, rehearse_file
 from ods.workbench.model.state import State
@@ -23,15 +23,15 @@ WIDTH_IN = 10.0
 STILL = (0.0, 0.0, 0.0)
 
 
-def draw(progress: GoesOn, exhibit: Exhibit, base: State, stem: Path) -> ExhibitResult | None:
-    """Draw the pictures of an exhibit, whose names begin with `stem`; None: given up. Raises OdsError."""
+def draw(progress: GoesOn, demo: Demo, base: State, stem: Path) -> DemoResult | None:
+    """Draw the pictures of an demo, whose names begin with `stem`; None: given up. Raises OdsError."""
     with drawn_in(DARK):
-        if exhibit.file is not None:
-            return _recorded(exhibit.file, base, stem)
-        return _rehearsed(progress, exhibit, base, stem)
+        if demo.file is not None:
+            return _recorded(demo.file, base, stem)
+        return _rehearsed(progress, demo, base, stem)
 
 
-def _recorded(file: Path, base: State, stem: Path) -> ExhibitResult:
+def _recorded(file: Path, base: State, stem: Path) -> DemoResult:
     fan = load(file.with_suffix(".toml"), FanGeometry) if file.suffix.lower() == ".avi" else None
     recording = open_pings(file, fan)
     ping = recording.pings[0]
@@ -39,12 +39,12 @@ def _recorded(file: Path, base: State, stem: Path) -> ExhibitResult:
     picture = stem.with_suffix(".png")
     ping_figure(ping, found, f"{file.name}, first ping").savefig(picture)
     facts = f"{len(recording.pings)} pings of {ping.beams} x {ping.samples}; in the first"
-    return ExhibitResult(f"{facts} {len(found.detections)} detections.", [picture.name])
+    return DemoResult(f"{facts} {len(found.detections)} detections.", [picture.name])
 
 
-def _rehearsed(progress: GoesOn, exhibit: Exhibit, base: State, stem: Path) -> ExhibitResult | None:
-    assert exhibit.scene is not None
-    result = rehearse_file(progress, exhibit.scene, SONAR, base.tuning.mission())
+def _rehearsed(progress: GoesOn, demo: Demo, base: State, stem: Path) -> DemoResult | None:
+    assert demo.scene is not None
+    result = rehearse_file(progress, demo.scene, SONAR, base.tuning.mission())
     if result is None:
         return None
     run, velocities = stem.with_suffix(".png"), stem.with_name(f"{stem.name}-velocities.png")
@@ -58,7 +58,7 @@ def _rehearsed(progress: GoesOn, exhibit: Exhibit, base: State, stem: Path) -> E
         f"{len(result.record.lists)} pings; tracked: {tracked or 'nothing'}; {result.false_tracks} false tracks; "
         f"position rms {result.position_rms_m:.2f} m."
     )
-    return ExhibitResult(facts, pictures)
+    return DemoResult(facts, pictures)
 
 
 def _velocities(result: Rehearsal) -> Figure:

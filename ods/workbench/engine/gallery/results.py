@@ -1,4 +1,4 @@
-"""Results of the gallery's exhibits: pictures and figures, made once and kept in the user's cache folder."""
+"""Results of the gallery's demos: pictures and figures, made once and kept in the user's cache folder."""
 
 import contextlib
 import os
@@ -15,7 +15,7 @@ from ods.base.files.in_file import content_of
 from ods.base.files.ownership import is_safe
 from ods.workbench.engine.background.own_process import GoesOn, in_own_process, whole
 from ods.workbench.engine.files.user_folders import cache_folder
-from ods.workbench.engine.gallery.exhibits import Exhibit, ExhibitResult
+from ods.workbench.engine.gallery.demos import Demo, DemoResult
 from ods.workbench.model.state import State
 
 _making = threading.Lock()
@@ -43,39 +43,39 @@ def gallery_folder() -> Path:
     return Path(tempfile.mkdtemp(prefix="ods-gallery-"))
 
 
-def kept(exhibit: Exhibit, base: State, folder: Path) -> Result | None:
+def kept(demo: Demo, base: State, folder: Path) -> Result | None:
     """Return a result that is there already; None: it has to be made. At once."""
     try:
-        result = msgspec.json.decode(content_of(folder / f"{_stem(exhibit, base)}.json"), type=ExhibitResult)
+        result = msgspec.json.decode(content_of(folder / f"{_stem(demo, base)}.json"), type=DemoResult)
     except (OSError, msgspec.MsgspecError, UnicodeDecodeError):
         return None
     pictures = [folder / Path(name).name for name in result.pictures]
     return Result(result.facts, pictures) if all(file.is_file() for file in pictures) else None
 
 
-def made(exhibit: Exhibit, base: State, folder: Path, progress: GoesOn = whole) -> Result | None:
+def made(demo: Demo, base: State, folder: Path, progress: GoesOn = whole) -> Result | None:
     """Return a result, made in a process of its own unless it is there; None: given up. Raises OdsError."""
     with _making:
-        if (known := kept(exhibit, base, folder)) is not None or not progress(0.0):
+        if (known := kept(demo, base, folder)) is not None or not progress(0.0):
             return known
-        stem = _stem(exhibit, base)
+        stem = _stem(demo, base)
         try:
-            for old in folder.glob(f"{exhibit.key}-*"):
+            for old in folder.glob(f"{demo.key}-*"):
                 old.unlink(missing_ok=True)
-            result = in_own_process(_drawn, progress, exhibit, base, folder / stem)
+            result = in_own_process(_drawn, progress, demo, base, folder / stem)
             if result is None:
                 return None
             (folder / f"{stem}.json").write_bytes(msgspec.json.encode(result))
         except OSError as error:
             raise OdsError(f"{folder}: {error.strerror or error}") from error
-        return kept(exhibit, base, folder)
+        return kept(demo, base, folder)
 
 
-def _stem(exhibit: Exhibit, base: State) -> str:
-    return f"{exhibit.key}-{exhibit.digest(base)}"
+def _stem(demo: Demo, base: State) -> str:
+    return f"{demo.key}-{demo.digest(base)}"
 
 
-def _drawn(progress: GoesOn, exhibit: Exhibit, base: State, stem: Path) -> ExhibitResult | None:
+def _drawn(progress: GoesOn, demo: Demo, base: State, stem: Path) -> DemoResult | None:
     from ods.workbench.engine.gallery.pictures import draw  # Matplotlib: not in the page's process
 
-    return draw(progress, exhibit, base, stem)
+    return draw(progress, demo, base, stem)

@@ -17,7 +17,7 @@ def edited(tuning: Tuning, change: Callable[[list[Entry]], None]) -> Tuning:
     entries = [(dict(stage), place in tuning.bypassed) for place, stage in enumerate(tuning.config.pipeline.chain())]
     change(entries)
     if not entries:
-        raise PathError("pipeline.stage: the last stage cannot be taken out")
+        raise PathError("pipeline.stage: the last stage cannot be removed")
     tables = tables_of(tuning.config)
     tables["pipeline"]["stage"] = [stage for stage, _ in entries]
     bypassed = tuple(place for place, (_, bypass) in enumerate(entries) if bypass)

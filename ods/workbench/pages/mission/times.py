@@ -81,7 +81,7 @@ def _accuracy(result: Tracked) -> Panel:
 
 
 def _existence(course: Course, chosen: Indices) -> Panel:
-    title = "probability to exist"
+    title = "probability of existence"
     return Panel(Axis(title, span=1.0), [_curve(course, chosen, course.existence)], title=title)
 
 

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from nicegui import ui
 
+from ods.workbench.engine.ping.analysis import Cost, PingAnalysis
 from ods.workbench.engine.ping.look import HIGHEST_DB, LOWEST_DB, Look, histogram, profile
-from ods.workbench.engine.ping.study import Cost, Study
 from ods.workbench.engine.ping.thresholds import thresholds
 from ods.workbench.model.state import Tuning
 from ods.workbench.pages.parts.cost_bar import cost_bar
@@ -78,8 +78,8 @@ class Profile:
     def _look(self, name: str) -> Look:
         assert self._answer is not None
         who, _, place = name.partition(" ")
-        study, tuning = _chains(self._answer)[who]
-        return study.after(int(place), tuning.bypassed)
+        analysis, tuning = _chains(self._answer)[who]
+        return analysis.after(int(place), tuning.bypassed)
 
     def _draw(self) -> None:
         if self._answer is None:
@@ -105,12 +105,12 @@ class Profile:
         )
 
 
-def _chains(answer: Answer) -> dict[str, tuple[Study, Tuning]]:
+def _chains(answer: Answer) -> dict[str, tuple[PingAnalysis, Tuning]]:
     """Return A and the chains that are kept, by their names; without those that cannot be."""
     state = answer.state
     studies, tunings = (answer.a, answer.b, *answer.further), (state.tuning, state.other, *state.further)
     named = zip("ABCD", studies, tunings, strict=False)
-    return {name: (study, tuning) for name, study, tuning in named if study is not None and tuning is not None}
+    return {name: (analysis, tuning) for name, analysis, tuning in named if analysis is not None and tuning is not None}
 
 
 class Histogram:

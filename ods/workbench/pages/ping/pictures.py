@@ -8,9 +8,9 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from ods.messages import Detection
+from ods.workbench.engine.ping.analysis import PingAnalysis
 from ods.workbench.engine.ping.labels import of_ping
 from ods.workbench.engine.ping.look import Look
-from ods.workbench.engine.ping.study import Study
 from ods.workbench.engine.ping.thresholds import thresholds
 from ods.workbench.engine.ping.truth import Judged, TrueCircle
 from ods.workbench.model.state import State, Tuning
@@ -82,26 +82,32 @@ def reading(answer: Answer | None, spot: Spot) -> str:
 
 
 def _frame(
-    study: Study, tuning: Tuning, place: int, state: State, circles: Sequence[Circle], *, judged: Judged | None
+    analysis: PingAnalysis,
+    tuning: Tuning,
+    place: int,
+    state: State,
+    circles: Sequence[Circle],
+    *,
+    judged: Judged | None,
 ) -> Frame:
     place = min(place, len(tuning.config.pipeline.chain()) - 1)
-    look = study.after(place, tuning.bypassed)
+    look = analysis.after(place, tuning.bypassed)
     scale = state.view.lowest_db, state.view.highest_db
-    attended = study.attended
+    attended = analysis.attended
     return Frame(
         cells=look.through(partial(cells_of, scale_db=scale)),
-        bearing_rad=study.grid.bearing_rad,
-        range0_m=study.grid.range0_m,
-        dr_m=study.grid.dr_m,
+        bearing_rad=analysis.grid.bearing_rad,
+        range0_m=analysis.grid.range0_m,
+        dr_m=analysis.grid.dr_m,
         scale_db=scale,
         circles=tuple(circles),
         thresholds_db=_levels(look, tuning),
         attended=None if attended.all() else attended,
         labels=tuple(
             (*each.beams, *each.samples, each.shape, each.text)
-            for _, each in of_ping(state.labels, study.place, study.ping)
+            for _, each in of_ping(state.labels, analysis.place, analysis.ping)
         ),
-        caption=f"ping {study.place}, {_count(len(study.detections.detections))}{_against_truth(judged)}",
+        caption=f"ping {analysis.place}, {_count(len(analysis.detections.detections))}{_against_truth(judged)}",
     )
 
 
@@ -123,9 +129,9 @@ def _against_truth(judged: Judged | None) -> str:
     return "" if judged is None else f": {counts_of(judged)}"
 
 
-def _own_circles(study: Study, judged: Judged | None, true: Sequence[TrueCircle] | None) -> list[Circle]:
+def _own_circles(analysis: PingAnalysis, judged: Judged | None, true: Sequence[TrueCircle] | None) -> list[Circle]:
     """Return a chain's circles; where the truth is known, distinguished by it."""
-    found = study.detections.detections
+    found = analysis.detections.detections
     if judged is None or true is None:
         return _with_kind(found, "detection")
     missed = [true[place] for place in judged.missed]

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
-from ods.base.computer.resident import give_back_freed
+from ods.base.computer.resident import release_freed_memory
 from ods.base.errors import OdsError, one_line
 from ods.base.frames.mounting import Mounting
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.engine.background.newest import Newest
 from ods.workbench.engine.data import Data, open_data
+from ods.workbench.engine.ping.analysis import Cost, OvertakenError, PingAnalysis, PingAnalyzer
 from ods.workbench.engine.ping.compare import Difference, difference
 from ods.workbench.engine.ping.labels import judged_by, of_ping
-from ods.workbench.engine.ping.study import Cost, OvertakenError, Studio, Study
 from ods.workbench.engine.ping.truth import Judged, TrueCircle, judged, true_circles
 from ods.workbench.model.state import DataReference, State, Tuning
 from ods.workbench.session import Session
@@ -30,7 +30,7 @@ class Opened(NamedTuple):
 
     key: Any
     data: Data
-    studio: Studio
+    analyzer: PingAnalyzer
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +40,8 @@ class Answer:
     state: State
     data: Data
     place: int
-    a: Study
-    b: Study | None
+    a: PingAnalysis
+    b: PingAnalysis | None
     parted: Difference | None
     """Of A's and B's detections."""
     true: Sequence[TrueCircle] | None
@@ -49,9 +49,9 @@ class Answer:
     judged_a: Judged | None
     """A's detections against them."""
     judged_b: Judged | None
-    beside: Study | None = None
+    beside: PingAnalysis | None = None
     """Of other data, by A."""
-    further: Sequence[Study | None] = ()
+    further: Sequence[PingAnalysis | None] = ()
     """C and D; none: it cannot be."""
     complaint: str = ""
     """Why there is no B, C or D."""
@@ -61,7 +61,7 @@ Costs = Sequence[tuple[str, Cost]]
 """Of A alone, unnamed, or of A and B."""
 
 
-class Hearer(Protocol):
+class AnswerListener(Protocol):
     """Receiver of the answers, in a thread."""
 
     def answered_with(self, answer: Answer) -> None:
@@ -78,16 +78,16 @@ class Work:
     """Answers the session's newest state. Waits while the page is not shown (`visible`), and then does what was asked
     last. What a chain costs is found once it is answered, unless something else is asked."""
 
-    def __init__(self, session: Session, hearer: Hearer) -> None:
+    def __init__(self, session: Session, listener: AnswerListener) -> None:
         self._session = session
         self._opened: Opened | None = None
         self._beside: Opened | None = None
-        self._hearer = hearer
+        self._listener = listener
         self._lock = threading.Lock()
         self.asked, self.answered = 0, 0
         """Numbers of requests; equal when nothing is computed."""
         self._newest: Newest[tuple[int, State], Answer] = Newest(
-            self._answer, self._tell, self._fail, idle=give_back_freed, idle_s=IDLE_S
+            self._answer, self._tell, self._fail, idle=release_freed_memory, idle_s=IDLE_S
         )
         self._visible, self._waits = True, False
         self.held = False
@@ -140,11 +140,11 @@ class Work:
         opened = self._open(state)
         place = min(state.ping, len(opened.data.pings) - 1)
         others = [*([] if state.other is None else [state.other]), *state.further]
-        a = opened.studio.study(state.tuning.mission(), place, 1 + len(others))
+        a = opened.analyzer.analyze(state.tuning.mission(), place, 1 + len(others))
         kept, complaints = [], []
         for name, tuning in zip("BCD", others, strict=False):
-            study, why = _study(opened.studio, tuning, place, 1 + len(others))
-            kept.append(study)
+            analysis, why = _analyze(opened.analyzer, tuning, place, 1 + len(others))
+            kept.append(analysis)
             complaints.append(why and f"{name}: {why}")
         b = kept[0] if kept else None
         parted = None if b is None else difference(a.detections.detections, b.detections.detections)
@@ -156,19 +156,19 @@ class Work:
         if true is None and labels and state.view.truth:
             true, judged_a = judged_by(a.detections, labels, a.ping)
             judged_b = None if b is None else judged_by(b.detections, labels, b.ping)[1]
-        beside, why = self._study_beside(state)
+        beside, why = self._analysis_beside(state)
         complaint = "; ".join(filter(None, (*complaints, why)))
         return Answer(state, opened.data, place, a, b, parted, true, judged_a, judged_b, beside, kept[1:], complaint)
 
-    def _study_beside(self, state: State) -> tuple[Study | None, str]:
+    def _analysis_beside(self, state: State) -> tuple[PingAnalysis | None, str]:
         """Return the ping of the other data at the same place, or their last, and why there is none."""
         wanted, self._beside = state.beside, self._beside if state.beside else None
         if wanted is None:
             return None, ""
         try:
             self._beside = self._opening(self._beside, wanted.data, wanted.scene)
-            data, studio = self._beside.data, self._beside.studio
-            return studio.study(state.tuning.mission(), min(state.ping, len(data.pings) - 1)), ""
+            data, analyzer = self._beside.data, self._beside.analyzer
+            return analyzer.analyze(state.tuning.mission(), min(state.ping, len(data.pings) - 1)), ""
         except OvertakenError:
             raise
         except OdsError as error:
@@ -188,11 +188,11 @@ class Work:
         if opened is not None and opened.key == key:
             return opened
         data = open_data(reference, scene, self._session.folders)
-        return Opened(key, data, Studio(data, lambda: self._newest.overtaken))
+        return Opened(key, data, PingAnalyzer(data, lambda: self._newest.overtaken))
 
     def _tell(self, request: tuple[int, State], answer: Answer) -> None:
         self.answered, self._since = request[0], time.monotonic()
-        self._hearer.answered_with(answer)
+        self._listener.answered_with(answer)
         self._tell_costs(answer)
 
     def _tell_costs(self, answer: Answer) -> None:
@@ -202,24 +202,24 @@ class Work:
         chains = [("A" if answer.b else "", state.tuning), *([("B", state.other)] if answer.b and state.other else [])]
         costs = []
         for who, tuning in chains:
-            cost = opened.studio.cost(tuning.mission(), answer.place, lambda: self._newest.overtaken)
+            cost = opened.analyzer.cost(tuning.mission(), answer.place, lambda: self._newest.overtaken)
             if cost is None:
                 return
             costs.append((who, cost))
-        self._hearer.costed(costs, answer.data.period_s)
+        self._listener.costed(costs, answer.data.period_s)
 
     def _fail(self, request: tuple[int, State], error: Exception) -> None:
         if isinstance(error, OvertakenError):
             return
         self.answered = request[0]
         why = str(error) if isinstance(error, OdsError) else f"{type(error).__name__}: {one_line(error)}"
-        self._hearer.failed(why)
+        self._listener.failed(why)
 
 
-def _study(studio: Studio, tuning: Tuning, place: int, shown: int) -> tuple[Study | None, str]:
+def _analyze(analyzer: PingAnalyzer, tuning: Tuning, place: int, shown: int) -> tuple[PingAnalysis | None, str]:
     """Return what a chain makes of a ping, or why it cannot."""
     try:
-        return studio.study(tuning.mission(), place, shown), ""
+        return analyzer.analyze(tuning.mission(), place, shown), ""
     except OvertakenError:
         raise
     except OdsError as error:

@@ -13,8 +13,8 @@ from ods.base.clock import NS
 from ods.config import OnboardConfig
 from ods.messages import Obstacle, ObstacleList
 from ods.recording.mcap.reader import Recording
-from ods.replay.again import ListPair, PipelineAgain, TrackerAgain
 from ods.replay.check import shown
+from ods.replay.rerun import ListPair, PipelineRerun, TrackerRerun
 
 SAME_M = 5.0
 """Two obstacles farther apart are not of one object, as on the bench."""
@@ -78,7 +78,7 @@ class Differences:
 def compare_runs(recording: Recording, config: OnboardConfig) -> "tuple[Differences, Counter[str]]":
     """Run pipeline and tracker with another configuration, the tracker on what that pipeline finds. Raises OdsError."""
     counters: Counter[str] = Counter()
-    pipeline, tracker = PipelineAgain(recording, config, counters), TrackerAgain(recording, config, counters)
+    pipeline, tracker = PipelineRerun(recording, config, counters), TrackerRerun(recording, config, counters)
     found = ((pair.log_ns, pair.again) for pair in pipeline.run() if pair.again is not None)
     differences = Differences()
     for pair in shown(tracker.run(found), tracker.lists):
@@ -86,7 +86,7 @@ def compare_runs(recording: Recording, config: OnboardConfig) -> "tuple[Differen
     return differences, counters
 
 
-def tell_differences(differences: Differences, counters: "Counter[str]") -> None:
+def print_differences(differences: Differences, counters: "Counter[str]") -> None:
     """Print the table of objects."""
     console = Console(highlight=False)
     rows = differences.rows()

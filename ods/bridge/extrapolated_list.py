@@ -13,7 +13,7 @@ from ods.messages import ClosestApproach, Obstacle, ObstacleList, PoseAt
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class ExtrapolatedList:
     """A list that is valid, the vehicle's pose in it, and the instant of sending, CLOCK_MONOTONIC."""
 
     obstacle_list: ObstacleList

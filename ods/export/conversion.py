@@ -83,7 +83,7 @@ def _take(recorded: Recorded, sink: Sink) -> str:
         return f"unknown_{recorded.topic}"
     stamp_ns = message.t_ns + recorded.utc_ns - recorded.log_ns
     if not 0 <= stamp_ns < END_OF_TIME_NS:
-        return "messages of no year from 1970 to 2037"
+        return "messages outside the years 1970 to 2037"
     try:
         sink.take(stamp_ns, message)
     except UnfitMessageError as error:
@@ -98,7 +98,7 @@ def _refuse(out: Path) -> None:
     except OSError as error:
         raise ExportError(f"{out}: {reason_of(error)}") from error
     if there:
-        raise ExportError(f"{out}: exists already, and is not overwritten")
+        raise ExportError(f"{out}: already exists, and is not overwritten")
     if not folder:
         raise ExportError(f"{out}: there is no folder {out.parent}")
 

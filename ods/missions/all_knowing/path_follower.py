@@ -1,17 +1,17 @@
 """In a planner's place: goes the fastest way, which was found before the start."""
 
 from ods.messages import Clearance, ObstacleList
-from ods.missions.all_knowing.search import Errand, Way, fastest_way
+from ods.missions.all_knowing.search import PathQuery, TimedPath, fastest_path
 from ods.missions.settings import Campaign
 from ods.missions.world import World
 from ods.planner.planner import SetPoint
 from ods.sim_sonar.steered import VehicleState
 
 
-class Led:
+class PathFollower:
     """Gives the set points of a way, one each time that it is asked; where there is no way, it goes straight on."""
 
-    def __init__(self, way: Way | None, start: VehicleState, cruise_m_s: float, steps: int) -> None:
+    def __init__(self, way: TimedPath | None, start: VehicleState, cruise_m_s: float, steps: int) -> None:
         """`steps`: of the vehicle, from one question to the next."""
         self._way, self._start, self._cruise_m_s, self._steps = way, start, cruise_m_s, steps
         self._asked = 0
@@ -29,16 +29,18 @@ class Led:
         return SetPoint(heading, speed, self._start.down_m, arrived=gone >= len(self._way.places) - 1)
 
 
-def led_through(world: World, campaign: Campaign, start: VehicleState, dt_s: float, steps: int) -> Led:
+def fastest_path_follower(
+    world: World, campaign: Campaign, start: VehicleState, dt_s: float, steps: int
+) -> PathFollower:
     """Return who goes the fastest way of a mission: without a near miss if there is one, without a collision if not."""
     planner, vehicle = campaign.planner, campaign.vehicle
     for keep_m in (campaign.near_miss_m, 0.0):
-        errand = Errand(
+        query = PathQuery(
             start, (campaign.world.length_m, 0.0), planner.reached_m, world.places, world.radius_m,
             keep_m + vehicle.radius_m, vehicle, (planner.cruise_m_s, planner.slow_m_s), world.current_m_s, dt_s, steps,
             campaign.longest * campaign.world.length_m / planner.cruise_m_s,
         )  # fmt: skip
-        way = fastest_way(errand)
+        way = fastest_path(query)
         if way is not None:
-            return Led(way, start, planner.cruise_m_s, steps)
-    return Led(None, start, planner.cruise_m_s, steps)
+            return PathFollower(way, start, planner.cruise_m_s, steps)
+    return PathFollower(None, start, planner.cruise_m_s, steps)

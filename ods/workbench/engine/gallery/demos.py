@@ -1,4 +1,4 @@
-"""The gallery: what ODS does, each exhibit a state to start from, pictures made once, and what to look at."""
+"""The gallery: what ODS does, each demo a state to start from, pictures made once, and what to look at."""
 
 import hashlib
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ LOST = list(range(120, 165))
 """Pings of the bench with faults that are lost whole: 6.7 s."""
 
 
-class Exhibit(NamedTuple):
+class Demo(NamedTuple):
     """Something to show."""
 
     key: str
@@ -50,23 +50,23 @@ class Exhibit(NamedTuple):
         return hashlib.sha256(text).hexdigest()[:16]
 
 
-class ExhibitResult(msgspec.Struct):
-    """What stands beside the pictures of an exhibit in the cache."""
+class DemoResult(msgspec.Struct):
+    """What stands beside the pictures of an demo in the cache."""
 
     facts: str
     pictures: list[str]
 
 
-def exhibits(folders: Sequence[Path]) -> list[Exhibit]:
-    """Return all exhibits: the simulated ones, and the recordings that are found under folders or in the sources."""
+def demos(folders: Sequence[Path]) -> list[Demo]:
+    """Return all demos: the simulated ones, and the recordings that are found under folders or in the sources."""
     places = [*folders, SOURCES] if SOURCES.is_dir() else list(folders)
     found = openable(places)
     return [*_simulated(), *(_recorded(each, found) for each in _RECORDED)]
 
 
-def _simulated() -> list[Exhibit]:
+def _simulated() -> list[Demo]:
     return [
-        Exhibit(key, title, look, _shipped(scene) if isinstance(scene, str) else scene_of(scene))
+        Demo(key, title, look, _shipped(scene) if isinstance(scene, str) else scene_of(scene))
         for key, title, scene, look in (
             ("figure11", "Figure 11", "figure11_imperfect", _FIGURE_11),
             ("worked_example", "Worked example, figures 6 and 7", "worked_example", _WORKED),
@@ -88,7 +88,7 @@ class _Kind(NamedTuple):
     look: tuple[str, str, str]
 
 
-def _recorded(kind: _Kind, found: Sequence[Openable]) -> Exhibit:
+def _recorded(kind: _Kind, found: Sequence[Openable]) -> Demo:
     files = [each.path for each in found if each.path.suffix.lower() == kind.suffix]
     file = next((path for path in files if kind.suffix != ".avi" or path.with_suffix(".toml").is_file()), None)
     missing = ""
@@ -97,7 +97,7 @@ def _recorded(kind: _Kind, found: Sequence[Openable]) -> Exhibit:
         missing = f"{files[0].name}: its fan's geometry, {beside} beside it, is not there (docs/recordings/formats.md)"
     elif file is None:
         missing = f"no {kind.suffix} file under the workbench's folders; `--folder DIR` adds one"
-    return Exhibit(kind.key, kind.title, kind.look, file=file, missing=missing)
+    return Demo(kind.key, kind.title, kind.look, file=file, missing=missing)
 
 
 def _faults_scene() -> dict[str, object]:
@@ -128,10 +128,10 @@ _FIGURE_11 = (
     "Three objects lie on a flat sea-bed, whose reverberation rises where the main lobe meets it, from 18 m on.",
     "The dark arcs at 78 and 82 m are drop-outs, the dark and the light belt are errors of the TVG; the bright patch "
     "to starboard is another sonar.",
-    "Equalization takes all of these away, so that only the three objects are detected and tracked.",
+    "Equalization removes all of these, so that only the three objects are detected and tracked.",
 )
 _WORKED = (
-    "The vehicle goes north for 80 s while two objects move, and each is tracked with its radius (figure 6).",
+    "The vehicle goes north for 80 s while two objects move; each is tracked with its radius (figure 6).",
     "Object 1 leaves the sector at 41 s: its track waits in stand-by and ends, while the truth goes on, dashed.",
     "The tracks' velocities come to the true ones, dashed (figure 7); vertical ones are not observable with one plane.",
 )
@@ -141,29 +141,29 @@ _ROUGH = (
     "Highlights come and go from ping to ping, objects stay: count the false tracks.",
 )
 _APPROACH = (
-    "One object crosses the vehicle's way from starboard, another rests to port.",
-    "Menu Observer shows, for each, the time and the distance of the closest approach, and how sure they are.",
+    "One object crosses the vehicle's path from starboard, another is static to port.",
+    "Menu Observer shows the time and distance of each closest approach, and their uncertainty.",
     "Move the vehicle's speed in menu Simulator and rehearse again: the approach follows.",
 )
 _FAULTS = (
-    f"From ping {LOST[0]} to {LOST[-1]} the images are lost: nothing is detected, and nothing new is made up.",
-    "The tracks wait in stand-by with growing uncertainty, and go on under their numbers when the images are back.",
-    "`ods bench --config config/bench-faults.toml` does it with real processes, killed and unplugged.",
+    f"From ping {LOST[0]} to {LOST[-1]} the images are lost: nothing is detected, and no new object appears.",
+    "The tracks wait in stand-by with growing uncertainty, and continue with their ids when the images return.",
+    "`ods bench --config config/bench-faults.toml` does this to real processes, which are killed and unplugged.",
 )
 _RECORDED = (
     _Kind("aris", "ARIS, real", ".aris", (
         "An imaging sonar with a telephoto lens looks at the sea-bed and at straight structures, 3 to 23 m away.",
         "Its beams are a third of a degree apart, and its speckle is as strong as theory says (1.1 looks).",
-        "The circles are what the default chain detects; no truth comes with real frames.",
+        "The circles are the default chain's detections; real frames have no truth.",
     )),
     _Kind("oculus", "Oculus, real", ".raw", (
         "A tank at 2.1 MHz, over 2 m: the near wall and the bottom are saturated in places.",
-        "Nothing moves, so that ping after ping is almost the same, speckle and all.",
+        "Nothing moves, so all pings are almost the same, including the speckle.",
         "256 beams that are not evenly spaced go through the same chain as the 60 of the SeaBat.",
     )),
     _Kind("didson", "DIDSON, real", ".avi", (
         "Fish pass over a river's bed, filmed from a screen: a clip of fan images, which are sampled back to beams.",
-        "What rests is the bed, what moves is fish: step through the pings in menu Image processing.",
-        "Numbers and lines that the software drew into the clip are echoes to the chain, too.",
+        "The bed is static, fish move: step through the pings in menu Image processing.",
+        "Numbers and lines that the software drew into the clip become echoes, too.",
     )),
 )  # fmt: skip

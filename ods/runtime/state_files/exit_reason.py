@@ -1,6 +1,6 @@
-"""Reason why a process ended, left in the run folder for the tracker: under systemd nothing else reports it.
+"""Reason why a process ended, in the run folder, for the tracker: under systemd nothing else reports it.
 
-The words stand in the process's lock file, which no other process may write; they count only while the lock is free.
+It is stored in the process's lock file, which no other process may write; it counts only while the lock is free.
 """
 
 import contextlib
@@ -13,8 +13,8 @@ LONGEST_WORDS = 500
 """Characters of the reason that a process gives when it ends."""
 
 
-def leave(run_dir: Path, process: str, words: str) -> None:
-    """Leave the reason why a process ends, "" for none; in vain where there is no folder or the process runs."""
+def write(run_dir: Path, process: str, words: str) -> None:
+    """Write the reason why a process ends, "" for none; nothing happens if there is no folder or the process runs."""
     if not os.path.isdir(run_dir):  # noqa: PTH112  which never raises
         return
     with contextlib.suppress(RunDirError, OSError):
@@ -25,8 +25,8 @@ def leave(run_dir: Path, process: str, words: str) -> None:
             lock.close()
 
 
-def left(run_dir: Path, process: str) -> str:
-    """Return why a process ended last, "" when it runs or nothing is known."""
+def read(run_dir: Path, process: str) -> str:
+    """Return why a process last ended; "" if it runs or no reason is known."""
     if is_locked(run_dir, process):
         return ""
     try:

@@ -6,7 +6,7 @@ from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.sonar.model import SonarModel
 
 
-class FarEnd(Protocol):
+class SimulatedSonar(Protocol):
     """A sonar's telegrams. What a client asks for holds from the next ping on."""
 
     @property

@@ -1,4 +1,4 @@
-"""Obstacles at another time: each extrapolated at its velocity, with the covariance of its position then."""
+"""Obstacles at another time, extrapolated with their velocities, with covariances."""
 
 import math
 from typing import NamedTuple
@@ -9,30 +9,30 @@ from ods.messages import Obstacle, ObstacleList, Vector3
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 
 
-class Ahead(NamedTuple):
-    """An obstacle at another time than that of its list."""
+class ExtrapolatedObstacle(NamedTuple):
+    """An obstacle extrapolated to another time than that of its list."""
 
     obstacle: Obstacle
-    """As it is in the list."""
+    """As in the list."""
     position_ned: Vector3
     covariance: Matrix3
-    """Of that place, m^2, rows and columns north east down."""
+    """Of `position_ned`, m^2, rows and columns north, east, down."""
 
 
-def at(obstacle_list: ObstacleList, t_ns: int) -> list[Ahead]:
-    """Return where the obstacles of a list, but those that ended, are at `t_ns`, on the clock of `obstacle_list.t_ns`.
+def at(obstacle_list: ObstacleList, t_ns: int) -> list[ExtrapolatedObstacle]:
+    """Return a list's obstacles, except terminated ones, extrapolated to `t_ns` on the clock of `obstacle_list.t_ns`.
 
-    On another machine, where only UTC means anything: obstacle_list.t_ns + (utc_ns - obstacle_list.utc_ns).
+    For a UTC instant, for example on another computer, use t_ns = obstacle_list.t_ns + (utc_ns - obstacle_list.utc_ns).
     """
     lead_s = (t_ns - obstacle_list.t_ns) / NS
     return [extrapolated(each, lead_s) for each in obstacle_list.obstacles if each.state != "terminated"]
 
 
-def extrapolated(obstacle: Obstacle, lead_s: float) -> Ahead:
-    """Return an obstacle `lead_s` after its list; before it, if that is below 0.
+def extrapolated(obstacle: Obstacle, lead_s: float) -> ExtrapolatedObstacle:
+    """Return an obstacle extrapolated to `lead_s` after its list; before it, if negative.
 
-    Errors of place and velocity are taken to go together, as in the list's own predictions; what manoeuvres add is
-    that of these predictions.
+    Errors of position and velocity are assumed to be fully correlated, as in the list's predictions, from which the
+    effect of manoeuvres is interpolated.
     """
     long_s = abs(lead_s)
     north, east, down = (p + v * lead_s for p, v in zip(obstacle.position_ned, obstacle.velocity_ned, strict=True))
@@ -42,11 +42,11 @@ def extrapolated(obstacle: Obstacle, lead_s: float) -> Ahead:
     ]
     shared = obstacle.covariance_ne
     covariance = (variances[0], shared, 0.0), (shared, variances[1], 0.0), (0.0, 0.0, variances[2])
-    return Ahead(obstacle, (north, east, down), covariance)
+    return ExtrapolatedObstacle(obstacle, (north, east, down), covariance)
 
 
-def spread_along(ahead: Ahead, north: float, east: float) -> float:
-    """Return the standard deviation of the place along a horizontal direction; the largest for (0, 0)."""
+def spread_along(ahead: ExtrapolatedObstacle, north: float, east: float) -> float:
+    """Return the standard deviation of the position along a horizontal direction; the larger one for (0, 0)."""
     (nn, ne, _), (_, ee, _), _ = ahead.covariance
     squared = north * north + east * east
     if squared < 1e-12:
@@ -55,9 +55,9 @@ def spread_along(ahead: Ahead, north: float, east: float) -> float:
 
 
 def _by_manoeuvres(obstacle: Obstacle, axis: int, long_s: float) -> float:
-    """Return what manoeuvres add to a variance in `long_s`, m^2, by what the predictions say.
+    """Return the variance that manoeuvres add in `long_s`, m^2, interpolated between the list's predictions.
 
-    It grows faster than time, so a chord between two predictions lies above it; and never faster than time cubed.
+    It grows faster than time, so linear interpolation is an upper bound, and never faster than time cubed.
     """
     before_s = before = 0.0
     for each in obstacle.predicted:

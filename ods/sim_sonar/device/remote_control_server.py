@@ -3,12 +3,12 @@
 from typing import Protocol
 
 from ods.sim_sonar.sonar.model import SonarModel
-from ods.sonar_link.orders import Controls
 from ods.sonar_link.s7k import drf, records, remote_control
 from ods.sonar_link.s7k.drf import S7kRecord
 from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.loss import RecordError
 from ods.sonar_link.s7k.remote_control import ControlRequest
+from ods.sonar_link.setting_requests import Controls
 
 NOMINAL_POWER_DB, NOMINAL_GAIN_DB = 210.0, 30.0
 """Those of the scene's levels, and those after switching on."""
@@ -42,7 +42,7 @@ class Line(Protocol):
         """Return the bytes of records that have come."""
 
 
-class RemoteEnd:
+class RemoteControlServer:
     """The settings that the sonar has been asked for, and the records that a client of the network wants."""
 
     def __init__(self, sonar: SonarModel, line: Line) -> None:

@@ -15,7 +15,7 @@ from ods.sim_sonar.scene.timeline import ObjectStates
 
 STATES = (
     ("goes to the way-point", GOOD),
-    ("goes round something", ACCENT),
+    ("avoids an obstacle", ACCENT),
     ("list not valid", BAD),
     ("stopped by its watchdog", WARN),
 )
@@ -25,7 +25,7 @@ MOVES_M_S = 0.01
 DEPTH_MARGIN_M = 2.0
 
 
-def draw_way(mission: Mission, record: RunRecord, best: Floats | None, file: Path) -> None:
+def draw_path(mission: Mission, record: RunRecord, best: Floats | None, file: Path) -> None:
     """Draw it into `file`; `best`: (k, 2) the way of an all-knowing planner."""
     times = np.array([each.scene_s for each in record.way])
     places = np.array([each.position_ned for each in record.way])

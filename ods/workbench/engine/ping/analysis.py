@@ -47,15 +47,15 @@ POSES_BEFORE = 64
 """Fields of a ping that hold its pose."""
 
 
-class StudyError(OdsError):
+class AnalysisError(OdsError):
     """A ping cannot be looked at; the text is one line."""
 
 
-class OvertakenError(StudyError):
+class OvertakenError(AnalysisError):
     """Learning lasted, and something else is wanted by now."""
 
     def __init__(self) -> None:
-        super().__init__("given up: something newer is asked for")
+        super().__init__("given up: a newer request has come")
 
 
 Learnt = dict[int, Floats]
@@ -79,7 +79,7 @@ class Cost(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Study:
+class PingAnalysis:
     """What came of one ping."""
 
     place: int
@@ -99,7 +99,7 @@ class Study:
         return self.looks[min(sum(at not in bypassed for at in range(place + 1)), len(self.looks) - 1)]
 
 
-class Studio:
+class PingAnalyzer:
     """Looks at pings of one source of data. May be used from several threads, which wait for each other."""
 
     def __init__(self, data: Data, overtaken: Callable[[], bool] = lambda: False) -> None:
@@ -112,18 +112,18 @@ class Studio:
         """The last ping's amplitudes."""
         self._lock = threading.Lock()
 
-    def study(self, settings: MissionSettings, place: int, shown: int = 1) -> Study:
+    def analyze(self, settings: MissionSettings, place: int, shown: int = 1) -> PingAnalysis:
         """Return what the pipeline of `settings` makes of a ping. Raises OvertakenError; OdsError, one line.
 
         shown: how many pipelines take turns at being looked at.
         """
         if not 0 <= place < len(self._data.pings):
-            raise StudyError(f"ping {place}: there are {len(self._data.pings)}")
+            raise AnalysisError(f"ping {place}: there are {len(self._data.pings)}")
         with self._lock:
             try:
-                return self._study(settings, place, shown)
+                return self._analyze(settings, place, shown)
             except PingError as error:
-                raise StudyError(f"ping {place}: {error}") from error
+                raise AnalysisError(f"ping {place}: {error}") from error
 
     def cost(self, settings: MissionSettings, place: int, give_up: Callable[[], bool]) -> Cost | None:
         """Return what the ping costs that was looked at last, by a few more runs; none: given up."""
@@ -136,24 +136,24 @@ class Studio:
                 prepared.run_again(ping, place, give_up)
             return None if give_up() else prepared.cost()
 
-    def _study(self, settings: MissionSettings, place: int, shown: int) -> Study:
+    def _analyze(self, settings: MissionSettings, place: int, shown: int) -> PingAnalysis:
         ping = self._data.pings[place]
         prepared = self._prepared(settings.pipeline, ping, place, shown)
         if prepared.chain.over_pings and self._data.timed and prepared.at != place - 1:
             for former in range(max(0, place - FORMER_PINGS), place):
                 prepared.run(self._data.pings[former], former, self._pose_of(former, settings))
         pose = self._pose_of(place, settings) if prepared.chain.over_pings else None
-        looker = prepared.looker
+        tap = prepared.tap
         try:
-            with looker:
+            with tap:
                 detections = prepared.run(ping, place, pose)
         except OvertakenError:
             self._kept.popitem()  # it has not learnt; it was the last one asked for
             raise
         grid = grid_of(ping)
-        looks = looks_of(grid, looker.taken(), [RECORDED, *(stage["use"] for stage in settings.pipeline.chain())])
+        looks = looks_of(grid, tap.taken(), [RECORDED, *(stage["use"] for stage in settings.pipeline.chain())])
         looks[0] = replace(looks[0], codes=self._whole(looks[0], ping))
-        return Study(place, ping, grid, tuple(looks), detections)
+        return PingAnalysis(place, ping, grid, tuple(looks), detections)
 
     def _prepared(self, settings: PipelineSettings, ping: Ping, place: int, shown: int) -> "_Prepared":
         """Return the chain for these settings and this geometry; one that compares pings if it saw the last one."""
@@ -207,7 +207,7 @@ def _key(settings: PipelineSettings, ping: Ping) -> bytes:
     return msgspec.msgpack.encode((settings, geometry_key(ping)), enc_hook=str)
 
 
-class _Looker:
+class _StageTap:
     """Takes what stages make, while it is entered; otherwise it is false, so that nothing is copied for it."""
 
     def __init__(self) -> None:
@@ -236,9 +236,9 @@ class _TimedChain(Chain):
     """A chain that measures how long each stage took with the last ping."""
 
     def __init__(
-        self, settings: PipelineSettings, looker: _Looker, learnt: Learnt, overtaken: Callable[[], bool]
+        self, settings: PipelineSettings, tap: _StageTap, learnt: Learnt, overtaken: Callable[[], bool]
     ) -> None:
-        super().__init__(settings, watch=looker)
+        super().__init__(settings, watch=tap)
         self.spent_ns = [0] * len(settings.chain())
         self._learnt, self._overtaken = learnt, overtaken
 
@@ -312,8 +312,8 @@ class _Prepared:
     """A chain for one geometry, and its times."""
 
     def __init__(self, settings: PipelineSettings, learnt: Learnt, overtaken: Callable[[], bool]) -> None:
-        self.looker = _Looker()
-        self.chain = _TimedChain(settings, self.looker, learnt, overtaken)
+        self.tap = _StageTap()
+        self.chain = _TimedChain(settings, self.tap, learnt, overtaken)
         self.at = -1
         """Place of the last ping."""
         self._names = [str(stage["use"]) for stage in settings.chain()]

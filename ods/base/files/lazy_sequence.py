@@ -15,7 +15,7 @@ class UnreadableItemError(OdsError):
     """One item cannot be read, which says nothing of the others; the text is one line."""
 
 
-class ByPlace(Sequence[ItemT], ABC):
+class LazySequence(Sequence[ItemT], ABC):
     """Asking for an item that cannot be read raises UnreadableItemError; going through all leaves it out."""
 
     @abstractmethod

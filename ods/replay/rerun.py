@@ -15,7 +15,7 @@ from ods.pipeline.settings import PipelineConfig
 from ods.pipeline.stage.params import StageError
 from ods.pose.utc import VehicleUtc
 from ods.recording.mcap.reader import Recorded, Recording
-from ods.replay.setup import Life, pipeline_starts, recorded_map, tracker_lives
+from ods.replay.setup import TrackerLife, pipeline_starts, recorded_map, tracker_lives
 from ods.replay.streams import DetectionsStream, HealthStream, OrderStream, PoseStream, message_of
 from ods.runtime.processes import PROCESSES
 from ods.tracker.map.keeper import of_earlier_mission
@@ -42,7 +42,7 @@ class DetectionsPair(NamedTuple):
     data: bytes
     """As recorded."""
     again: Detections | None
-    """None: not to be had, see the counters."""
+    """None: not available, see the counters."""
 
 
 class ListPair(NamedTuple):
@@ -53,7 +53,7 @@ class ListPair(NamedTuple):
     again: ObstacleList | None
 
 
-class PipelineAgain:
+class PipelineRerun:
     """The pipeline once more. `counters`: missing_pings, missing_poses, failed_pings, pipeline_restarts."""
 
     def __init__(self, recording: Recording, config: OnboardConfig, counters: "Counter[str]") -> None:
@@ -113,7 +113,7 @@ def _is_of(found: Detections, ping: Ping) -> bool:
     return (found.seq, found.t_rx_ns) == (ping.seq, ping.t_rx_ns)
 
 
-class TrackerAgain:
+class TrackerRerun:
     """The tracker once more, over given detections.
 
     `counters`: missing_detections, missing_lists, missing_poses, tracker_restarts (those that went on where the former
@@ -128,7 +128,7 @@ class TrackerAgain:
         sigma_m = self._settings.tracker.map.position_sigma_m
         known = recorded_map(recording)
         self._known = [of_earlier_mission(o, sigma_m) for o in known]
-        self._lives: deque[Life] = deque(tracker_lives(recording, known))
+        self._lives: deque[TrackerLife] = deque(tracker_lives(recording, known))
         self.lists = sum(life.lists for life in self._lives)
         self._poses, self._health = PoseStream(recording), HealthStream(recording)
         self._orders = OrderStream(recording)

@@ -1,7 +1,7 @@
 """A file in the run folder by which a process leaves its state to its successor, until the computer is started again.
 
 Written whole or not at all, whatever kills the process: a new file takes the place of the old one. The run folder is in
-memory on board, so nothing is synchronised with a disk; `KeptWriter` is for where it is not.
+memory on board, so nothing is synchronised with a disk; `StateFileWriter` is for where it is not.
 """
 
 import os
@@ -23,11 +23,11 @@ MODE = 0o600
 LONGEST_BYTES = 256 * 1024 * 1024
 
 
-class KeptFileError(OdsError):
+class StateFileError(OdsError):
     """What is there cannot be used; the text is one line."""
 
 
-class KeptFile:
+class StateFile:
     """One such file."""
 
     def __init__(self, path: Path) -> None:
@@ -51,27 +51,27 @@ class KeptFile:
         self._part.replace(self._path)
 
     def read(self) -> bytes | None:
-        """Return the content; None when there is none, or of another boot. Raises KeptFileError."""
+        """Return the content; None when there is none, or of another boot. Raises StateFileError."""
         try:
             fd = os.open(self._path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
         except FileNotFoundError:
             return None
         except OSError as error:
-            raise KeptFileError(f"{self._path}: {error.strerror}") from error
+            raise StateFileError(f"{self._path}: {error.strerror}") from error
         with os.fdopen(fd, "rb") as file:
             state = os.fstat(fd)
             if not stat.S_ISREG(state.st_mode) or state.st_uid != os.geteuid() or state.st_nlink > 1:
-                raise KeptFileError(f"{self._path} is not this user's own file")
+                raise StateFileError(f"{self._path} is not owned by this user")
             whole = file.read(LONGEST_BYTES)
         return self._content(whole)
 
     def _content(self, whole: bytes) -> bytes | None:
         content = whole[HEAD.size :]
         if len(whole) < HEAD.size:
-            raise KeptFileError(f"{self._path} is damaged")
+            raise StateFileError(f"{self._path} is damaged")
         mark, boot, checksum = HEAD.unpack_from(whole)
         if mark != MARK or checksum != zlib.crc32(content):
-            raise KeptFileError(f"{self._path} is damaged")
+            raise StateFileError(f"{self._path} is damaged")
         return content if boot == self._boot != NO_BOOT else None
 
 

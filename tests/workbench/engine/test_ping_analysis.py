@@ -15,9 +15,9 @@ from ods.pipeline.prepared.filter_chain import FilterChain
 from ods.pipeline.stage.watch import StageImage
 from ods.plots.polar import level_db
 from ods.workbench.engine.data import Data
-from ods.workbench.engine.ping import study
+from ods.workbench.engine.ping import analysis
+from ods.workbench.engine.ping.analysis import FORMER_PINGS, OvertakenError, PingAnalysis, PingAnalyzer
 from ods.workbench.engine.ping.look import BINS, HIGHEST_DB, LOWEST_DB, Look, coded, histogram, profile
-from ods.workbench.engine.ping.study import FORMER_PINGS, OvertakenError, Studio, Study
 from ods.workbench.model.state import DataReference
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
 
@@ -56,45 +56,45 @@ def test_a_study_has_what_the_chain_finds_and_shows() -> None:
     made = pings()
     shown: list[StageImage] = []
     expected = Chain(settings().pipeline, watch=shown.append).process(made[1])
-    study = Studio(data(made)).study(settings(), 1)
-    assert study.detections == expected
+    analysis = PingAnalyzer(data(made)).analyze(settings(), 1)
+    assert analysis.detections == expected
     assert expected.detections
-    assert [look.label for look in study.looks] == [each.label for each in shown]
-    for look, each in zip(study.looks, shown, strict=True):
+    assert [look.label for look in analysis.looks] == [each.label for each in shown]
+    for look, each in zip(analysis.looks, shown, strict=True):
         if look.label != "recorded":  # of which ranges below the least one are shown, too
             finite = np.isfinite(look.image)
             np.testing.assert_allclose(look.image[finite], each.image.ravel(), rtol=CODED)
-    assert study.looks[-1].levels == shown[-1].levels
-    assert study.attended.sum() == shown[0].image.size
+    assert analysis.looks[-1].levels == shown[-1].levels
+    assert analysis.attended.sum() == shown[0].image.size
 
 
 def test_the_recorded_image_is_whole() -> None:
     made = pings()
-    study = Studio(data(made)).study(settings(min_range_m=5.0), 0)
+    analysis = PingAnalyzer(data(made)).analyze(settings(min_range_m=5.0), 0)
     amplitude = 10.0 ** (level_db(made[0]) / 20.0)
-    np.testing.assert_allclose(study.looks[0].image, amplitude, rtol=CODED + 1e-4)
-    assert not np.isfinite(study.looks[1].image[:, :99]).any()
-    assert np.isfinite(study.looks[1].image[:, 100:]).all()
+    np.testing.assert_allclose(analysis.looks[0].image, amplitude, rtol=CODED + 1e-4)
+    assert not np.isfinite(analysis.looks[1].image[:, :99]).any()
+    assert np.isfinite(analysis.looks[1].image[:, 100:]).all()
 
 
 def test_places_of_the_chain_are_counted_with_those_that_are_bypassed() -> None:
-    study = Studio(data(pings())).study(settings([SHORT[0], SHORT[2]]), 0)
-    labels = [study.after(place, (1,)).label for place in (-1, 0, 1, 2)]
+    analysis = PingAnalyzer(data(pings())).analyze(settings([SHORT[0], SHORT[2]]), 0)
+    labels = [analysis.after(place, (1,)).label for place in (-1, 0, 1, 2)]
     assert labels == ["recorded", "equalize.mean_range", "equalize.mean_range", "detect.two_level"]
 
 
 def test_attention_goes_by_the_ping_s_place() -> None:
-    studio = Studio(data(pings(6)))
+    analyzer = PingAnalyzer(data(pings(6)))
     focused = settings(attention={"near_m": 6.0, "every": 3, "margin_m": 1.0, "subsample": 2})
     for place in (4, 0, 5, 3):
-        study = studio.study(focused, place)
-        ranges = study.grid.range_m
-        processed = np.asarray(study.attended.any(axis=0))
-        for near, far in study.detections.processed_ranges_m:
+        analysis = analyzer.analyze(focused, place)
+        ranges = analysis.grid.range_m
+        processed = np.asarray(analysis.attended.any(axis=0))
+        for near, far in analysis.detections.processed_ranges_m:
             inside = (ranges > max(near, 0.2)) & (ranges < min(far, ranges[-2]))
             assert processed[inside].all()
         begin = 6.0 + (ranges[-1] + 0.05 - 6.0) * (place % 3) / 3
-        assert study.detections.processed_ranges_m[1][0] == pytest.approx(begin)
+        assert analysis.detections.processed_ranges_m[1][0] == pytest.approx(begin)
         assert not processed[(ranges > 8.0) & (ranges < begin - 1.5)].any()
 
 
@@ -103,23 +103,23 @@ def test_a_chain_over_pings_has_seen_those_before(place: int) -> None:
     made = pings(FORMER_PINGS)
     chain = Chain(settings(OVER_PINGS).pipeline)
     expected = [chain.process(ping) for ping in made[: place + 1]][-1]
-    studio = Studio(data(made))
-    assert studio.study(settings(OVER_PINGS), place).detections == expected
-    assert studio.study(settings(OVER_PINGS), place).detections == expected
+    analyzer = PingAnalyzer(data(made))
+    assert analyzer.analyze(settings(OVER_PINGS), place).detections == expected
+    assert analyzer.analyze(settings(OVER_PINGS), place).detections == expected
 
 
 def test_going_on_from_ping_to_ping_is_as_jumping_there() -> None:
     made = pings(6)
-    walking, jumping = Studio(data(made)), Studio(data(made))
-    steps = [walking.study(settings(OVER_PINGS), place).looks[1].image for place in range(6)]
-    assert np.array_equal(steps[-1], jumping.study(settings(OVER_PINGS), 5).looks[1].image, equal_nan=True)
+    walking, jumping = PingAnalyzer(data(made)), PingAnalyzer(data(made))
+    steps = [walking.analyze(settings(OVER_PINGS), place).looks[1].image for place in range(6)]
+    assert np.array_equal(steps[-1], jumping.analyze(settings(OVER_PINGS), 5).looks[1].image, equal_nan=True)
 
 
 def test_costs_are_reported_for_each_stage() -> None:
-    studio = Studio(data(pings()))
-    studio.study(settings(), 0)
-    assert studio.cost(settings(), 0, lambda: True) is None
-    cost = studio.cost(settings(), 0, lambda: False)
+    analyzer = PingAnalyzer(data(pings()))
+    analyzer.analyze(settings(), 0)
+    assert analyzer.cost(settings(), 0, lambda: True) is None
+    cost = analyzer.cost(settings(), 0, lambda: False)
     assert cost is not None
     assert [name for name, _ in cost.stages] == [stage["use"] for stage in SHORT]
     assert all(time_us > 0.0 for _, time_us in cost.stages)
@@ -138,7 +138,7 @@ def test_costs_are_reported_for_each_stage() -> None:
 )
 def test_what_cannot_be_done_is_one_line(made: list[Ping], wanted: MissionSettings, place: int) -> None:
     with pytest.raises(OdsError) as refused:
-        Studio(data(made)).study(wanted, place)
+        PingAnalyzer(data(made)).analyze(wanted, place)
     assert "\n" not in str(refused.value)
 
 
@@ -148,10 +148,10 @@ def test_planes_are_shown_as_one_by_their_highest_levels() -> None:
     ping = make_ping(
         frame, planes=2, bearing_rad=[*fan_bearings(BEAMS)] * 2, elevation_rad=[-0.1] * BEAMS + [0.1] * BEAMS
     )
-    study = Studio(data([ping])).study(settings(min_range_m=0.0), 0)
-    assert study.looks[0].image.shape == (BEAMS, SAMPLES)
+    analysis = PingAnalyzer(data([ping])).analyze(settings(min_range_m=0.0), 0)
+    assert analysis.looks[0].image.shape == (BEAMS, SAMPLES)
     levels = 20.0 * np.log10(frame.reshape(2, BEAMS, SAMPLES).max(axis=0) + 0.5)
-    np.testing.assert_allclose(20.0 * np.log10(study.looks[0].image), levels, atol=0.02)
+    np.testing.assert_allclose(20.0 * np.log10(analysis.looks[0].image), levels, atol=0.02)
 
 
 def look(image: Any, levels: tuple[float, float] | None = None) -> Look:
@@ -188,10 +188,10 @@ def test_histograms_count_every_cell_that_was_processed() -> None:
 
 
 def test_a_study_s_looks_belong_to_it_for_good() -> None:
-    studio = Studio(data(pings()))
-    first: Study = studio.study(settings(), 0)
+    analyzer = PingAnalyzer(data(pings()))
+    first: PingAnalysis = analyzer.analyze(settings(), 0)
     kept = [each.image.copy() for each in first.looks]
-    studio.study(settings(), 1)
+    analyzer.analyze(settings(), 1)
     for each, before in zip(first.looks, kept, strict=True):
         assert np.array_equal(each.image, before, equal_nan=True)
 
@@ -202,20 +202,20 @@ def test_a_study_s_looks_belong_to_it_for_good() -> None:
 )
 def test_a_detector_learns_from_kept_speckle_what_it_learns_on_board(change: dict[str, Any]) -> None:
     made = pings(1)
-    studio = Studio(data(made))
+    analyzer = PingAnalyzer(data(made))
     first: dict[str, Any] = {"use": "detect.two_level", "high": 6.0}
     changed = {key: value for key, value in (first | change).items() if value is not None}
     for last in (first, changed, first):
         wanted = settings([*SHORT[:2], last])
         shown: list[StageImage] = []
         expected = Chain(wanted.pipeline, watch=shown.append).process(made[0])
-        study = studio.study(wanted, 0)
-        assert study.detections == expected
-        assert study.looks[-1].levels == shown[-1].levels
+        analysis = analyzer.analyze(wanted, 0)
+        assert analysis.detections == expected
+        assert analysis.looks[-1].levels == shown[-1].levels
 
 
 def test_another_setting_of_a_detector_filters_no_speckle(monkeypatch: pytest.MonkeyPatch) -> None:
-    studio = Studio(data(pings(1)))
+    analyzer = PingAnalyzer(data(pings(1)))
     filtered: list[int] = []
     whole = FilterChain.run
 
@@ -228,7 +228,7 @@ def test_another_setting_of_a_detector_filters_no_speckle(monkeypatch: pytest.Mo
     for stages in ([*SHORT[:2], {"use": "detect.two_level"}], [*SHORT[:2], {"use": "detect.two_level", "high": 7.0}],
                    [SHORT[0], {"use": "detect.two_level", "high": 7.0}]):  # fmt: skip
         filtered.clear()
-        studio.study(settings(stages), 0)
+        analyzer.analyze(settings(stages), 0)
         counts.append(len(filtered))
     assert counts[1] == 1  # the ping alone
     assert min(counts[0], counts[2]) > 8
@@ -238,28 +238,28 @@ def test_another_setting_of_a_detector_filters_no_speckle(monkeypatch: pytest.Mo
 def test_large_chains_are_kept_as_many_as_are_shown(
     monkeypatch: pytest.MonkeyPatch, shown: int, prepared: list[bool]
 ) -> None:
-    monkeypatch.setattr(study, "KEPT_CELLS", BEAMS * SAMPLES)
-    studio = Studio(data(pings(1)))
+    monkeypatch.setattr(analysis, "KEPT_CELLS", BEAMS * SAMPLES)
+    analyzer = PingAnalyzer(data(pings(1)))
     made: list[int] = []
 
     def build(*args: Any) -> Any:
         made.append(1)
         return whole(*args)
 
-    whole = study._Prepared
-    monkeypatch.setattr(study, "_Prepared", build)
+    whole = analysis._Prepared
+    monkeypatch.setattr(analysis, "_Prepared", build)
     for high, anew in zip((6.0, 7.0, 6.0), prepared, strict=True):
         made.clear()
-        studio.study(settings([*SHORT[:2], {"use": "detect.two_level", "high": high, "follow": 0.0}]), 0, shown)
+        analyzer.analyze(settings([*SHORT[:2], {"use": "detect.two_level", "high": high, "follow": 0.0}]), 0, shown)
         assert bool(made) == anew
 
 
 def test_long_learning_is_given_up_for_what_is_newer(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(study, "PATIENCE_S", -1.0)
+    monkeypatch.setattr(analysis, "PATIENCE_S", -1.0)
     newer = [False, False, True]
-    studio = Studio(data(pings()), lambda: newer.pop(0) if newer else False)
+    analyzer = PingAnalyzer(data(pings()), lambda: newer.pop(0) if newer else False)
     wanted = settings([*SHORT[:2], {"use": "detect.cfar"}])
     with pytest.raises(OvertakenError):
-        studio.study(wanted, 1)
+        analyzer.analyze(wanted, 1)
     assert newer == []  # the third image of speckle was the last
-    assert studio.study(wanted, 1).detections == Chain(wanted.pipeline).process(pings()[1])
+    assert analyzer.analyze(wanted, 1).detections == Chain(wanted.pipeline).process(pings()[1])

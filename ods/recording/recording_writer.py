@@ -158,7 +158,7 @@ class RecordingWriter(threading.Thread):
     def _leave(self) -> None:
         """Give up a recording whose folder was moved, removed or unmounted; where its file still is, it can be read."""
         if self._session:
-            log.warning("%s was removed: starting another recording", self._session.folder)
+            log.warning("%s was removed: starting a new recording", self._session.folder)
             with suppress(OSError):
                 self._session.abandon()
             self._session = None

@@ -4,7 +4,7 @@ import queue
 import threading
 
 from ods.base.computer.overload import OVERLOADED, waits_for_processor
-from ods.runtime.state_files.kept_file import KeptFile
+from ods.runtime.state_files.state_file import StateFile
 
 WITHIN_S = 0.1
 """A write in memory takes less than a millisecond."""
@@ -15,13 +15,13 @@ class StalledError(OSError):
 
 
 class _Job:
-    def __init__(self, file: KeptFile, content: bytes) -> None:
+    def __init__(self, file: StateFile, content: bytes) -> None:
         self.file, self.content = file, content
         self.error: OSError | None = None
         self.done = threading.Event()
 
 
-class KeptWriter:
+class StateFileWriter:
     """Writes one content at a time, and waits for it, but not for ever."""
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class KeptWriter:
         self._newest: _Job | None = None
         self._thread: threading.Thread | None = None
 
-    def write(self, file: KeptFile, content: bytes) -> None:
+    def write(self, file: StateFile, content: bytes) -> None:
         """Replace a file's content. Raises OSError; StalledError also at once, while an earlier write is under way."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._work, name="kept files", daemon=True)
@@ -46,7 +46,7 @@ class KeptWriter:
     @staticmethod
     def _stalled(thread: threading.Thread) -> StalledError:
         waits = thread.native_id is None or waits_for_processor(thread.native_id)
-        return StalledError(OVERLOADED if waits else "the disk of the run folder does not answer")
+        return StalledError(OVERLOADED if waits else "the disk of the run folder does not respond")
 
     def _work(self) -> None:
         while True:

@@ -21,7 +21,7 @@ KERNEL_BYTES = 256 * 1024
 FIRST_RETRY_S, LONGEST_RETRY_S = 0.05, 1.0
 
 
-class Door:
+class TopicServer:
     """Binds when it can, tries again where it cannot."""
 
     def __init__(self, context: "zmq.Context[zmq.Socket[bytes]]", settings: ListenSettings, pair: KeyPair) -> None:

@@ -16,7 +16,7 @@ def group_of(name: str) -> str:
     return name.partition("/")[0]
 
 
-class SceneBodies:
+class SceneObjects:
     """The obstacles of a scene, in groups that count as one."""
 
     def __init__(self, scene: Scene, clearance_m: float) -> None:

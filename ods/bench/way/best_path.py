@@ -8,7 +8,7 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.bench.way.avoidance import Mission
 from ods.messages import VehicleTruth
-from ods.missions.all_knowing.search import Errand, fastest_way
+from ods.missions.all_knowing.search import PathQuery, fastest_path
 from ods.sim_sonar.steered import VehicleState, at_start
 
 STEP_S = 0.05
@@ -16,7 +16,7 @@ PATIENCE = 3.0
 """Longest duration of a way, in multiples of the straight one's at low speed."""
 
 
-def best_way(mission: Mission, first: VehicleTruth) -> Floats | None:
+def best_path(mission: Mission, first: VehicleTruth) -> Floats | None:
     """Return the (k, 2) north, east of the fastest way from where the vehicle was first, m; None: none was found.
 
     Objects count as upright cylinders, and `keep_m` is kept from them. The depth is that of the start.
@@ -25,12 +25,12 @@ def best_way(mission: Mission, first: VehicleTruth) -> Floats | None:
     radius_m = mission.scene.objects_at(first.scene_s).radius_m
     for point in mission.way_points:
         straight_m = math.dist(point[:2], (at.north_m, at.east_m))
-        errand = Errand(
+        query = PathQuery(
             at, point[:2], steering.reached_m, lambda t_s: mission.scene.objects_at(t_s).position_ned[:, :2], radius_m,
             mission.keep_m + mission.can.radius_m, mission.can, (steering.cruise_m_s, steering.slow_m_s),
             mission.current_m_s, STEP_S, 1, PATIENCE * straight_m / steering.slow_m_s,
         )  # fmt: skip
-        way = fastest_way(errand)
+        way = fastest_path(query)
         if way is None:
             return None
         legs.append(way.places)
