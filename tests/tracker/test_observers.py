@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ods.base.arrays import Floats
 from ods.tracker.measurement.model import ATTITUDE, UNSEEN, PositionMeasurement
-from ods.tracker.named import Named, extend
+from ods.tracker.named import Named, TrackTables
 from ods.tracker.observer.horizontal import STATE, Heights, NewPlaces
 from ods.tracker.observer.kalman.imm import FACTORS, InteractingModels, Model
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
@@ -78,7 +78,7 @@ steps = st.lists(st.tuples(st.floats(0.0, 30.0), st.one_of(st.none(), fixes)), m
 def begun(filters: InteractingModels, places: Floats, noise: Floats) -> Floats:
     """Append objects; return (hypotheses, FACTORS, k) states and factors: a view until more are appended."""
     reported = fixes_of(places, noise)
-    extend(filters.tables(), places.shape[1])
+    TrackTables(filters.tables()).extend(places.shape[1])
     filters.start(NewPlaces(places, noise[:2], noise[2], reported.sensitivity))
     table: Floats = filters.tables()[0].table
     return table
@@ -214,12 +214,12 @@ def measured_at(places: Floats, along: float, across: float, angle: float) -> Po
 
 
 def start(observer: StaticOrMovingObserver, measured: PositionMeasurement) -> None:
-    extend(observer.tables(), len(measured.radius))
+    TrackTables(observer.tables()).extend(len(measured.radius))
     observer.start(measured)
 
 
 def recall(observer: StaticOrMovingObserver, *known: Floats) -> None:
-    extend(observer.tables(), 1)
+    TrackTables(observer.tables()).extend(1)
     observer.recall(*known)
 
 

@@ -137,7 +137,7 @@ class MapKeeper:
             self._reserved = max(self._reserved, first_id)
             self._lag.done(now_ns)
             self._lag.wanted = WRITTEN
-        gone = set(self.pending.removes())
+        gone = self.pending.removes
         sigma_m = self._settings.position_sigma_m
         return Known([of_earlier_mission(o, sigma_m) for o in objects if o.id not in gone], first_id) if news else None
 

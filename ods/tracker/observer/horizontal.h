@@ -49,14 +49,11 @@ typedef struct {
     "f8[models,n] share, f8[hypotheses,2,n] position, f8[hypotheses,2,n] variance, f8[hypotheses,n] covariance_ne, "    \
     "f8[hypotheses,4,4,n] unseen"
 
-/* Returns the state of the five arguments from number k on. */
-static inline HorizontalState horizontal_from(const Argument *arguments, int k)
+/* Returns the state of the five arguments after the first. */
+static inline HorizontalState horizontal_from(const Argument *arguments)
 {
-    return (HorizontalState){
-        ARRAY(double, k),     ARRAY(double, k + 1), ARRAY(double, k + 2),
-        ARRAY(double, k + 3), ARRAY(double, k + 4), smaller_i(SIZE(k, 0), SIZE(k + 1, 0) - 1),
-        SIZE(k, 1),
-    };
+    return (HorizontalState){ARRAY(double, 1), ARRAY(double, 2), ARRAY(double, 3), ARRAY(double, 4), ARRAY(double, 5),
+                             smaller_i(SIZE(1, 0), SIZE(2, 0) - 1), SIZE(1, 1)};
 }
 
 /* What `count` measurements say beyond north and east: (2, count) each, if the objects rest and if they move. */

@@ -205,11 +205,12 @@ static void add_spread(const Reported *reported, const double *covariances_ne, i
 }
 
 /* Fills weight, position, variance, by_height and shared of `Belief`, and the first five fields of `Estimate`. */
-KERNEL(hypotheses, COMMON_STATE ", " HORIZONTAL_STATE ", out f8[hypotheses,n] weight, out f8[hypotheses,3,n] place, "
-                   "out f8[hypotheses,3,n] spread, out f8[hypotheses,2,n] by_height, out f8[hypotheses,3,n] shared, "
-                   "out f8[3,n] mean, out f8[3,n] mean_spread, out f8[n] mixed, out f8[2,n] height, out f8[3,n] all")
+KERNEL(belief_and_moments, COMMON_STATE ", " HORIZONTAL_STATE
+       ", out f8[hypotheses,n] weight, out f8[hypotheses,3,n] place, out f8[hypotheses,3,n] spread, "
+       "out f8[hypotheses,2,n] by_height, out f8[hypotheses,3,n] shared, out f8[3,n] mean, out f8[3,n] mean_spread, "
+       "out f8[n] mixed, out f8[2,n] height, out f8[3,n] all")
 {
-    const HorizontalState where = horizontal_from(arguments, 1);
+    const HorizontalState where = horizontal_from(arguments);
     const int64_t n = where.n, hypotheses = where.models + 1;
     const CommonState s = common_rows(ARRAY(double, 0), n);
     const Reported reported = {ARRAY(double, 6), ARRAY(double, 7), ARRAY(double, 8), ARRAY(double, 9), ARRAY(double, 10)};
@@ -273,7 +274,7 @@ static Two crept(const CommonState *s, const HorizontalState *where, Moments ste
 KERNEL(velocities, COMMON_STATE ", " HORIZONTAL_STATE ", f8[2,n] mean, f8[2,n] spread, f8[2,n] steady_mean, "
                    "f8[2,n] steady_variance, bool by_place, out f8[2,3,n] moments")
 {
-    const HorizontalState where = horizontal_from(arguments, 1);
+    const HorizontalState where = horizontal_from(arguments);
     const int64_t n = where.n;
     const CommonState s = common_rows(ARRAY(double, 0), n);
     const Moments moving = {ARRAY(const double, 6), ARRAY(const double, 7)};

@@ -95,7 +95,7 @@ class StaticOrMovingObserver:
         position, variance, shared = np.empty((3, hypotheses, 3, n))
         mean, spread, all_share = np.empty((3, 3, n))
         both = mean, spread, np.empty(n), np.empty((2, n)), all_share
-        native.hypotheses(self._table.table, horizontal, weight, position, variance, by_height, shared, both)
+        native.belief_and_moments(self._table.table, horizontal, weight, position, variance, by_height, shared, both)
         size_and_rest = s.radius, s.radius_variance, weight[RESTING]
         restless = np.zeros(n)
         if self._kinds is not None:

@@ -14,7 +14,7 @@ from ods.tracker.existence.model import MODEL
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.measurement.scan import Echoes, Scan
-from ods.tracker.named import TrackTable, extend, keep
+from ods.tracker.named import TrackTable, TrackTables
 from ods.tracker.observer.belief import Belief, Estimate
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.restart.state import TracksState
@@ -55,6 +55,7 @@ class Tracks:
         self._existence = TrackTable(ExistenceTable, (len(ExistenceTable._fields),))
         self.tables: list[TrackTable[Any]] = [self._history, self._existence, *observer.tables()]
         """All that is known of the objects: history, existence, and the observer's."""
+        self._columns = TrackTables(self.tables)
         self._estimated: tuple[Belief, Estimate] | None = None
 
     def __len__(self) -> int:
@@ -135,7 +136,7 @@ class Tracks:
     ) -> None:
         """Append tentative objects, one an echo, given births a scan and (k,) false alarms a scan at each."""
         first = len(self)
-        extend(self.tables, len(measured.radius))
+        self._columns.extend(len(measured.radius))
         native.tracks_begin(self._history.table, first, scan.t_ns, scan.utc_ns)
         native.existence_begin(self._existence.table, first, births, density, echoes.table, clutter.values, MODEL)
         self._observer.start(measured)
@@ -148,7 +149,7 @@ class Tracks:
         """
         variance = np.array([o.sigma for o in objects]).T.copy() ** 2
         variance[:2] += pose_variance[:, None]
-        extend(self.tables, len(objects))
+        self._columns.extend(len(objects))
         new, exists = self._history.last(len(objects)), self._existence.last(len(objects))
         new.id[:], new.echoes[:] = [o.id for o in objects], [o.times_seen for o in objects]
         new.first_utc[:], new.last_utc[:] = zip(
@@ -175,10 +176,7 @@ class Tracks:
 
     def restore(self, state: TracksState) -> None:
         """Replace the objects by those of another `Tracks` with a like observer. Raises ValueError for other tables."""
-        for table, stored in zip(self.tables, state.tables, strict=True):
-            table.restore(stored)
-        if len({len(table) for table in self.tables}) != 1:
-            raise ValueError("tables of different lengths")
+        self._columns.restore(state.tables)
         self.unjudged_s, self._estimated = state.unjudged_s, None
 
     def settle(self, rows: Indices) -> None:
@@ -204,5 +202,5 @@ class Tracks:
 
     def keep(self, mask: Mask) -> None:
         """Remove the objects where `mask` is False."""
-        keep(self.tables, mask)
+        self._columns.keep(mask)
         self._estimated = None
