@@ -1,4 +1,4 @@
-/* The recorded samples around where an echo sets in, as levels (windows.py). */
+/* The recorded samples around where an echo sets in, as levels (judge.py). */
 
 #include <float.h>
 
