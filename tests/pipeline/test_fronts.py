@@ -101,11 +101,11 @@ def test_the_network_is_what_another_correlation_makes_of_its_weights() -> None:
     steps = ((1, 2), (2, 2), (1, 2))
     arrays: dict[str, Floats32] = {"steps": np.array(steps, np.float32)}
     before, shape = 1, (BEAMS, CELLS)
-    for k, (channels, around) in enumerate([(3, (3, 5)), (4, (3, 5)), (5, (3, 3))]):
+    for k, (channels, around) in enumerate([(16, (3, 5)), (32, (3, 5)), (16, (3, 3))]):
         arrays[f"convolution{k}"] = rng.normal(size=(*around, before, channels)).astype(np.float32)
         arrays[f"convolution{k}_bias"] = rng.normal(size=channels).astype(np.float32)
         before, shape = channels, (-(-shape[0] // steps[k][0]), -(-shape[1] // steps[k][1]))
-    for name, into, out in [("hidden", before * shape[0] * shape[1], 6), ("last", 6, 1)]:
+    for name, into, out in [("hidden", before * shape[0] * shape[1], 48), ("last", 48, 1)]:
         arrays[name] = rng.normal(size=(into, out)).astype(np.float32)
         arrays[f"{name}_bias"] = rng.normal(size=out).astype(np.float32)
     windows = 10.0 * rng.normal(size=(3, BEAMS, CELLS)).astype(np.float32)

@@ -7,17 +7,40 @@ waits for the next reading of the device's clock, which says whether instants we
 ends and the next begins is recognized by silence on the bus: an epoch with a silence in it does not count.
 """
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterator
 from dataclasses import dataclass
+from statistics import median
 
 from ods.nav_bridge.clocks.ins_clock import InsClock
 from ods.nav_bridge.dbc.epoch_order import CLEARLY_LONGER, LEAST_SILENCE_NS, EpochOrder
-from ods.nav_bridge.dbc.period import Period
 from ods.nav_bridge.dbc.signal_map import Clock, DbcMap, DbcMessage
 
 SKIPPED = 1.5
 """Steps between instants: an epoch later than the one before by more than this has missed one."""
+STEPS = 9
+"""Steps that are remembered: a busy computer, or device, makes single ones shorter and longer."""
+
+
+class Period:
+    """How often a device sends: the median of the newest steps between complete epochs."""
+
+    def __init__(self) -> None:
+        self._last_ns: int | None = None
+        self._steps_ns: deque[int] = deque(maxlen=STEPS)
+
+    def add(self, instant_ns: int) -> int:
+        """Take the instant of a complete epoch, CLOCK_MONOTONIC; return the step to it, ns, 0 for the first."""
+        last_ns, self._last_ns = self._last_ns, instant_ns
+        if last_ns is None:
+            return 0
+        self._steps_ns.append(instant_ns - last_ns)
+        return instant_ns - last_ns
+
+    @property
+    def ns(self) -> int:
+        """The period, ns, 0 while it is not known."""
+        return round(median(self._steps_ns)) if self._steps_ns else 0
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from ods.nav_bridge.clocks.ins_clock import InsClock
-from ods.nav_bridge.dbc.epoch import DbcEpoch
-from ods.nav_bridge.dbc.period import Period
+from ods.nav_bridge.dbc.epoch import DbcEpoch, Period
 from ods.nav_bridge.dbc.signal_map import DbcMap, DbcMessage
 
 

@@ -42,7 +42,7 @@ class Convolution(NamedTuple):
 
 
 class Network(NamedTuple):
-    """The layers. What is below 0 behind any but the last counts as 0."""
+    """The layers. What is below 0 behind any but the last counts as 0; each of those has a multiple of 16 outputs."""
 
     convolutions: tuple[Convolution, ...]
     hidden: Dense

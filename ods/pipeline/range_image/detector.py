@@ -10,8 +10,8 @@ from ods.pipeline.image.samples.recorded import RegionNumbers
 from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.range_image.bodies import detection_of, pieces_of
 from ods.pipeline.range_image.bottom import bottom_of
-from ods.pipeline.range_image.clusters import clusters_of, members_of
-from ods.pipeline.range_image.points import Head, RangePixels
+from ods.pipeline.range_image.clusters import bodies_of
+from ods.pipeline.range_image.points import RangePixels
 from ods.pipeline.settings import PipelineSettings
 from ods.pose.buffer import PoseEstimate
 
@@ -37,7 +37,7 @@ def detect_ranges(
     pixels = _pixels_of(ping, grid, frame, settings, pose)
     chosen = settings.range_image
     believed = bottom_of(pixels, chosen.bottom_m)
-    bodies = members_of(clusters_of(pixels, pixels.wanted & ~believed, chosen.noise_m), chosen.least_pixels)
+    bodies = bodies_of(pixels, pixels.wanted & ~believed, chosen.noise_m, chosen.least_pixels)
     for body in bodies:
         believed.ravel()[body] = True
     bodies = _nearest(pixels, bodies)
@@ -90,14 +90,7 @@ def _pixels_of(
         raise PingError(f"range_max_m: {grid.range_max_m} is not beyond pipeline.min_range_m, {settings.min_range_m} m")
     range_m = frame.astype(np.float32) * np.float32(ping.dr_m)
     wanted = (range_m >= max(settings.min_range_m, 1e-6)) & (range_m <= np.float32(grid.range_max_m))
-    return RangePixels(range_m, wanted, bearing, elevation, _head_of(pose))
-
-
-def _head_of(pose: Pose | PoseEstimate | None) -> Head:
-    """Return the head, level and at the origin where no pose is known."""
-    if pose is None:
-        return Head(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
-    return Head(np.array(pose.position_ned), np.array(pose.attitude))
+    return RangePixels(range_m, wanted, bearing, elevation, pose)
 
 
 def _looked_of(pixels: RangePixels, believed: Mask, range_max_m: float) -> LookedVolume:
