@@ -23,7 +23,7 @@ from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId, Frame
-from ods.nav_bridge.dbc.burst import CYCLES
+from ods.nav_bridge.dbc.epoch_order import CYCLES
 from ods.nav_bridge.dbc.file import DbcError, DbcText
 from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.dbc.units import conversion

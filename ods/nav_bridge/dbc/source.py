@@ -7,6 +7,7 @@ from ods.base.errors import OdsError
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import EXTENDED_MASK, CanId, Frame
 from ods.nav_bridge.can.source import CanSource
+from ods.nav_bridge.clocks.ins_clock import InsClock
 from ods.nav_bridge.dbc.epoch import DbcEpochAssembler
 from ods.nav_bridge.dbc.file import DbcError
 from ods.nav_bridge.dbc.shared_number import SharedNumberAssembler
@@ -41,8 +42,10 @@ class DbcSource(CanSource):
             self._maker = PoseMaker(settings.signals, host.frame, nav.limits, nav.sigma, host.utc, counters)
         except OdsError as error:
             raise DbcError(f"{settings.file}: nav.dbc.signals: {error}") from error
+        clock, jump_ns = self._map.clock, round(nav.clock_jump_s * NS)
+        self._clock = InsClock(jump_ns, counters, clock.wraps_at, clock.tick_ns) if clock else None
         kind = SharedNumberAssembler if self._map.shares_number else DbcEpochAssembler
-        self._assembler = kind(self._map, self._window_ns, round(nav.clock_jump_s * NS), counters)
+        self._assembler = kind(self._map, self._window_ns, self._clock, counters)
         self._slots = {
             can_id: _slot(message, message.hold)
             for can_id, message in self._map.messages.items()
@@ -70,7 +73,7 @@ class DbcSource(CanSource):
     @property
     def late_ns(self) -> int:
         """How late the newest epoch was, 0 without a clock."""
-        return self._assembler.late_ns
+        return self._clock.late_ns if self._clock else 0
 
     def name_of(self, item: Frame) -> str:
         """Return the frame's identifier, or that of its group."""
