@@ -139,6 +139,17 @@ def test_missing_file_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert capsys.readouterr().err == f"ods sonar: {tmp_path / 'none.toml'}: No such file or directory\n"
 
 
+def test_where_there_is_no_checkout_a_file_to_start_from_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["run"]) == 2
+    said = "ods run: config/onboard.toml: No such file or directory: --config names yours; one to start from is "
+    line = capsys.readouterr().err
+    assert line.startswith(said)
+    assert load(Path(line.removeprefix(said).strip()), OnboardConfig).sonar.port
+
+
 @pytest.mark.parametrize("words", [["fly"], ["run", "--warp"], [], ["bench", "--seconds", "x"]])
 def test_wrong_words_are_one_line_and_exit_code_2(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as caught:
