@@ -603,6 +603,13 @@ def test_a_map_that_does_not_fit_is_one_line(floats: Path, changes: dict[str, st
     assert "\n" not in text
 
 
+def test_one_signal_for_two_parts_of_a_pose_is_objected_to() -> None:
+    assert Bench().source.objections() == []
+    signals = SBG.signals | {"pitch": SBG.signals["roll"], "sigma_pitch": SBG.signals["sigma_roll"]}
+    said = "nav.dbc.signals.pitch: is SBG_ECAN_MSG_EKF_EULER.ROLL, as roll is"
+    assert Bench(dbc_of(signals=signals)).source.objections() == [said]
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
