@@ -65,8 +65,8 @@ def test_unknown_stage_lists_the_known_ones() -> None:
 @pytest.mark.parametrize(
     ("stage", "complaint"),
     [
-        ('use = "filter.fir"\ntaps = "many"', "stage[0] (filter.fir): taps: expected `int`, got `str`"),
-        ('use = "filter.fir"\ntaps = 0', "stage[0] (filter.fir): taps: in samples, at least 1"),
+        ('use = "filter.fir"\ntaps = "many"', "stage[0] (filter.fir): taps: expected an integer, got a string"),
+        ('use = "filter.fir"\ntaps = 0', "stage[0] (filter.fir): taps: must be at least 1 (samples)"),
         ('use = "filter.fir"\ntabs = 9', "stage[0] (filter.fir): tabs: unknown key"),
         ('use = "filter.median"\nwindow = 4', "stage[0] (filter.median): window: 4 is not one of 3, 5, 7, 9"),
         ('use = "filter.fir"\ntaps = 8', "stage[0] (filter.fir): taps: expected an odd number, got 8"),
@@ -99,7 +99,7 @@ def test_users_file_is_found_and_its_parameters_are_checked(frame: np.ndarray) -
     user = {"use": "my.beam_gain", "limit": 3.0}
     built = chain({"use": "equalize.mean_range"}, user, {"use": "filter.box"}, DETECT, plugins=(EXAMPLE,))
     assert built.process(make_ping(frame)).detections
-    with pytest.raises(StageError, match=r"pipeline.stage\[0\] \(my.beam_gain\): limit: more than 0"):
+    with pytest.raises(StageError, match=r"pipeline.stage\[0\] \(my.beam_gain\): limit: must be more than 0"):
         chain({"use": "my.beam_gain", "limit": -1.0}, DETECT, plugins=(EXAMPLE,))
 
 

@@ -17,7 +17,7 @@ from ods.nav_bridge.canopen.pdo_layout import load_pdo_set
 from ods.nav_bridge.canopen.pose import CanopenPose
 from ods.nav_bridge.canopen.recent import RecentEvent
 from ods.nav_bridge.pose_fields import PoseMaker
-from ods.nav_bridge.settings import CanopenSettings, NavSettings
+from ods.nav_bridge.settings import STATUS_BITS, CanopenSettings, NavSettings
 from ods.nav_bridge.source import SourceHost
 
 SYNC_AGE_NS = 20_000_000
@@ -45,7 +45,14 @@ class CanopenSource(CanSource):
         self._layouts = {layout.cob_id: layout for layout in pdo_set.layouts}
         self._assembler = EpochAssembler(pdo_set, round(settings.epoch_window_s * NS), counters)
         self._maker = maker
-        self._pose = CanopenPose(maker, settings.status_bits, nav.clock_jump_s, host.utc, counters)
+        bits = STATUS_BITS if settings.status_bits is None else settings.status_bits
+        for part, bit in bits.items():
+            if settings.status_bits and bit >= pdo_set.status_bits:
+                key = f"nav.canopen.status_bits.{part}"
+                raise EdsError(
+                    f"{settings.ins_eds}: {key}: no bit {bit}: the status has {pdo_set.status_bits} bits"
+                )
+        self._pose = CanopenPose(maker, bits, nav.clock_jump_s, host.utc, counters)
         self._handlers: dict[int, Callable[[Frame], object]] = {
             **dict.fromkeys(self._node.ids, self._node.take),
             SYNC: self.monitor.sync,

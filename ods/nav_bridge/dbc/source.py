@@ -1,6 +1,7 @@
 """A navigation system whose frames a DBC file describes. It is only listened to."""
 
 from collections.abc import Iterator
+from itertools import combinations
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
@@ -69,6 +70,15 @@ class DbcSource(CanSource):
     def expects(self) -> dict[str, str]:
         """Return the mapped messages by name."""
         return {str(can_id): message.layout.name for can_id, message in self._map.messages.items()}
+
+    def objections(self) -> list[str]:
+        """Return a text for each signal that is two parts of a pose, as after a line was copied."""
+        return [
+            f"nav.dbc.signals.{other.field}: is {message.layout.name}.{one.signal}, as {one.field} is"
+            for message in self._map.messages.values()
+            for one, other in combinations(message.readings, 2)
+            if one.signal == other.signal and one.field != other.field and not _is_sigma(one.field, other.field)
+        ]
 
     @property
     def late_ns(self) -> int:
@@ -202,3 +212,8 @@ class DbcSource(CanSource):
 def _slot(message: DbcMessage, settings: HeldSettings) -> HeldSlot:
     name = message.layout.name
     return HeldSlot(message.label, f"nav.dbc.held.{name}", settings, {item.field for item in message.readings})
+
+
+def _is_sigma(*fields: str) -> bool:
+    """Return whether all are standard deviations, of which several may be one signal."""
+    return all(field.startswith("sigma_") for field in fields)
