@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import can
+import cantools
 import msgspec
 import numpy as np
 import pytest
@@ -703,6 +704,18 @@ def test_a_dbc_as_vendors_write_them_in_windows_1252_with_blanks_and_tables(tmp_
         file = tmp_path / f"{encoding}.dbc"
         file.write_bytes(text.encode(encoding))
         assert len(Bench(dbc_of(file=file)).run(1, 2)) == 1
+
+
+def test_a_dbc_with_the_list_of_symbols_of_its_format_and_with_comments(tmp_path: Path) -> None:
+    """As cantools, or a maker's editor, writes it: the list has the word CM_, which begins no comment there."""
+    written = cantools.database.load_file(DBC)
+    assert isinstance(written, cantools.database.Database)
+    file = tmp_path / "written.dbc"
+    comment = 'CM_ BO_ 258 "status;\nBO_ 1 No_message: 8 INS";\nCM_ "all of it";\n'
+    file.write_text(written.as_dbc_string() + comment, newline="")
+    assert "\tCM_\r\n" in file.read_bytes().decode()
+    assert DbcText(file).names == DbcText(DBC).names
+    assert len(Bench(dbc_of(file=file)).run(1, 2)) == 1
 
 
 # nothing but listening, and the simulated INS

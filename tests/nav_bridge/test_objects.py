@@ -229,6 +229,6 @@ def test_status_bits_of_a_status_that_is_not_there_are_refused() -> None:
 def test_a_bit_beyond_the_status_is_refused() -> None:
     """It would never be set, and no pose ever valid."""
     with pytest.raises(
-        OdsError, match=r"ins\.eds: nav\.canopen\.status_bits\.attitude: there is no bit 8: the status has 8"
+        OdsError, match=r"ins\.eds: nav\.canopen\.status_bits\.attitude: no bit 8: the status has 8 bits"
     ):
         Bench(status_bits={"position": 7, "attitude": 8})
