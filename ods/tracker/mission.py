@@ -31,7 +31,6 @@ from ods.tracker.output.pose_sense import PoseSense
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import InputMonitor
-from ods.tracker.output.vanished import VanishedObjects
 from ods.tracker.restart.checkpoint import Mission
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
@@ -84,7 +83,6 @@ class MissionTracker:
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._pose_sense = PoseSense()
         self._common_errors = CommonErrors()
-        self._vanished = VanishedObjects()
         self._jumps_ns: list[int] = []
         """Of the pose, behind the newest ping."""
         self._poses_until, self._poses_heard = -1, 0
@@ -189,7 +187,6 @@ class MissionTracker:
         if sent is not None:
             motion = Motion(sent.velocity_ned[:2], 0.5 * scan.fan_turn * message.sound_speed)
             self._common_errors.look(snapshot, scan, motion)
-            self._vanished.look(snapshot, scan)
             seen = seen_from(sent, message.detections, scan.fan_turn, message.sound_speed)
             self._outlines.look(snapshot, seen, sent, utc_ns)
         self._half_vertical = message.sector.half_vertical_rad
@@ -214,7 +211,6 @@ class MissionTracker:
             self._lister.end(self.tracker.begin_again())
             self.vetoes.end_all("the pose jumped")
             self._common_errors.begin_again()
-            self._vanished.begin_again()
             self._inputs.begin_again(message.t_ns, "the pose jumped")
         self._jumps_ns = self._jumps_ns[len(passed) :]
         speed = message.sound_speed or SLOWEST
@@ -235,7 +231,7 @@ class MissionTracker:
             if forgotten is None:
                 raise RefusedError(f"no obstacle {request.id}")
             self._lister.end(forgotten)
-            self._vanished.forget(request.id)
+            self._common_errors.forget(request.id)
             self._present = [each for each in self._present if each.id != request.id]
             return [request.id]
         return []
@@ -274,7 +270,8 @@ class MissionTracker:
         reasons += self._pose_sense.reasons(now_ns)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
         bottom = bottom_below(pose)
-        reasons += self._common_errors.reasons(convoy=not self._pose_sense.is_doubtful) + self._vanished.reasons()
+        caution = "" if shown is None else shown.caution
+        reasons += self._common_errors.reasons(convoy=not self._pose_sense.is_doubtful, caution=caution)
         hittable = self._hittable.of(self._common_errors.widened(snapshot), bottom, self._view(t_ns, pose))
         centre = None if self._vehicle is None else self._vehicle.position
         nearest = self._outlines.covering(hittable.snapshot.nearest(self.settings.planner.most_listed, centre))
@@ -297,7 +294,7 @@ class MissionTracker:
             unseen_share=0.0 if shown is None else shown.unseen_share,
             unseen_why="" if shown is None else shown.unseen_why,
             heard_from_db=None if shown is None else shown.heard_from_db,
-            caution="" if shown is None else shown.caution,
+            caution=caution,
             poses_until=self._poses_until,
             poses_heard=self._poses_heard,
             made_ns=now_ns,
