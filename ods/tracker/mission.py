@@ -31,7 +31,6 @@ from ods.tracker.output.pose_sense import PoseSense
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import InputMonitor
-from ods.tracker.output.vanished import VanishedObjects
 from ods.tracker.restart.checkpoint import Mission
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
@@ -84,7 +83,6 @@ class MissionTracker:
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._pose_sense = PoseSense()
         self._common_errors = CommonErrors()
-        self._vanished = VanishedObjects()
         self._jumps_ns: list[int] = []
         """Of the pose, behind the newest ping."""
         self._poses_until, self._poses_heard = -1, 0
@@ -189,7 +187,6 @@ class MissionTracker:
         if sent is not None:
             motion = Motion(sent.velocity_ned[:2], 0.5 * scan.fan_turn * message.sound_speed)
             self._common_errors.look(snapshot, scan, motion)
-            self._vanished.look(snapshot, scan)
             seen = seen_from(sent, message.detections, scan.fan_turn, message.sound_speed)
             self._outlines.look(snapshot, seen, sent, utc_ns)
         self._half_vertical = message.sector.half_vertical_rad
@@ -214,7 +211,6 @@ class MissionTracker:
             self._lister.end(self.tracker.begin_again())
             self.vetoes.end_all("the pose jumped")
             self._common_errors.begin_again()
-            self._vanished.begin_again()
             self._inputs.begin_again(message.t_ns, "the pose jumped")
         self._jumps_ns = self._jumps_ns[len(passed) :]
         speed = message.sound_speed or SLOWEST
@@ -235,7 +231,7 @@ class MissionTracker:
             if forgotten is None:
                 raise RefusedError(f"no obstacle {request.id}")
             self._lister.end(forgotten)
-            self._vanished.forget(request.id)
+            self._common_errors.forget(request.id)
             self._present = [each for each in self._present if each.id != request.id]
             return [request.id]
         return []
@@ -274,7 +270,8 @@ class MissionTracker:
         reasons += self._pose_sense.reasons(now_ns)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
         bottom, head = bottom_below(pose), head_of(pose, self._mounting)
-        reasons += self._common_errors.reasons(convoy=not self._pose_sense.is_doubtful) + self._vanished.reasons()
+        caution = "" if shown is None else shown.caution
+        reasons += self._common_errors.reasons(convoy=not self._pose_sense.is_doubtful, caution=caution)
         view = None if head is None else View(self._utc.at(t_ns), head, self._half_vertical)
         hittable = self._hittable.of(self._common_errors.widened(snapshot), bottom, view)
         centre = None if self._vehicle is None else self._vehicle.position
