@@ -141,7 +141,6 @@ MECHANISMS = {
     "births at start": Mechanism((partial(patch.object, tracker, "FIRST_SCANS", 0),)),
     "bottom": Mechanism(settings={"bottom": {"list": "all"}}),
     "surface waves": Mechanism(settings={"surface": {"list": "all"}}),
-    "young near waves": Mechanism((partial(patch.object, surface, "YOUNG_S", 0.0),)),
     "grace of waves": Mechanism((partial(patch.object, surface, "GRACE_S", 0.2),)),
     "probabilistic association": Mechanism(settings={"association": "nearest"}),
     "kinds of motion": Mechanism(settings={"observer": "coupled"}),

@@ -1,3 +1,3 @@
 """ODS: an obstacle detection service for autonomous underwater vehicles."""
 
-__version__ = "0.5.0"
+__version__ = "0.6.0"

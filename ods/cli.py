@@ -6,6 +6,7 @@ only when its command is chosen.
 """
 
 import argparse
+import contextlib
 import errno
 import importlib
 import io
@@ -140,13 +141,13 @@ def _run(argv: Sequence[str] | None) -> int:
             sys.stdout.flush()  # or a full disk is noticed too late to be reported
         return code
     except OdsError as error:
-        print(f"ods {args.command}: {error}", file=sys.stderr)
+        _complain(args, str(error))
         return error.exit_code
     except ImportError as error:
-        print(f"ods {args.command}: {_missing(error)}", file=sys.stderr)
+        _complain(args, _missing(error))
         return 2
     except UnicodeEncodeError as error:
-        print(f"ods {args.command}: {reason_of(error)}", file=sys.stderr)
+        _complain(args, reason_of(error))
         return 2
     except BrokenPipeError:
         sys.stderr.close()
@@ -154,9 +155,15 @@ def _run(argv: Sequence[str] | None) -> int:
     except OSError as error:
         if error.errno not in NO_ROOM:
             raise
-        print(f"ods {args.command}: cannot write its output: {reason_of(error)}", file=sys.stderr)
+        _complain(args, f"cannot write its output: {reason_of(error)}")
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # for what is left of it
         return 2
+
+
+def _complain(args: argparse.Namespace, text: str) -> None:
+    """Print why the command ends; where that cannot be written, as to a log on a full disk, the exit code says it."""
+    with contextlib.suppress(OSError):
+        print(f"ods {args.command}: {text}", file=sys.stderr, flush=True)
 
 
 def _logs_as(args: argparse.Namespace) -> str:

@@ -34,6 +34,12 @@ class OnboardConfig(Settings, frozen=True):
     record: RecordSettings = RecordSettings()
     bridge: BridgeSettings = BridgeSettings()
 
+    def __post_init__(self) -> None:
+        nmea, can = self.nav.nmea, self.nav.can
+        own = ("nav.nmea.port", nmea.port) if self.nav.source == "nmea" and nmea else ("nav.can.channel", can.channel)
+        if own[1] == self.sonar.port:
+            raise ValueError(f"{own[0]}: {own[1]} is the sonar's (sonar.port)")
+
     @property
     def mounting(self) -> MountingSettings:
         """The sonar's, which pipeline and tracker read as well."""

@@ -35,6 +35,7 @@ from tests.recording.mcap_samples import mission, write_segment
 from tests.recordings import ARIS, OCULUS
 from tests.sonar_link.norbit import wire as norbit
 from tests.sonar_link.sonar3d15 import wire as sonar3d15
+from tests.sonar_link.test_decoder_oculus_database import database
 from tests.sonar_link.test_decoder_oculus_log import BEGUN_S, item, log, messages, packed
 
 CONFIG = Path(__file__).parents[1] / "config"
@@ -110,6 +111,10 @@ def _viewpoint(path: Path) -> None:
     log(path, item(10, first, BEGUN_S), item(10, packed(second), BEGUN_S + 1.0, 1))
 
 
+def _viewpoint_database(path: Path) -> None:
+    database(path, *((1_700_000_000_000 + number, message) for number, message in enumerate(messages())))
+
+
 def _new_truths(path: Path) -> None:
     truths = [Truth(number, 5, 5, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), []) for number in range(20)]
     path.write_bytes(b"\n".join(map(msgspec.json.encode, truths)))
@@ -142,6 +147,7 @@ READERS: dict[str, Reader] = {
     "aris": Reader("a.aris", _copied(ARIS), _pings),
     "oculus": Reader("a.raw", _copied(OCULUS), _pings),
     "viewpoint": Reader("a.oculus", _viewpoint, _pings),
+    "viewpoint database": Reader("a.oculus", _viewpoint_database, _pings),
     "sonar3d15": Reader("a.sonar", lambda path: path.write_bytes(sonar3d15.packet(sonar3d15.pixels()) * 2), _pings),
     "norbit": Reader("a.wbms", lambda path: path.write_bytes(norbit.image(norbit.samples(1))), _pings),
     "mcap": Reader("a.mcap", lambda path: write_segment(path, mission(3), attachments={"a": b"b"}), _recording),

@@ -29,8 +29,8 @@ def test_shipped_configurations_load() -> None:
     ("old", "new", "complaint"),
     [
         ("[site]", "[site]\nlatitud_deg = 1.0", "site.latitud_deg: unknown key"),
-        ("[bus]", "[bus]\nrun_dir = 7", "bus.run_dir: expected `str`, got `int`"),
-        ("latitude_deg = ", "latitude_deg = 900 #", "site.latitude_deg: in degrees, at most 90"),
+        ("[bus]", "[bus]\nrun_dir = 7", "bus.run_dir: expected a string, got an integer"),
+        ("latitude_deg = ", "latitude_deg = 900 #", "site.latitude_deg: must be at most 90 (degrees)"),
         ("latitude_deg = ", "latitude_deg = nan #", "site.latitude_deg: must be a finite number, got nan"),
         ("[site]", "[site", "not valid TOML"),
         (
@@ -52,7 +52,7 @@ def test_shipped_configurations_load() -> None:
             "protocol: 's7' is not one of s7k, oculus, norbit, ping360, sonar3d15 (did you mean s7k)",
         ),
         ("[sonar]", "[sonar]\ngain = 3", "sonar.gain: unknown key (did you mean gain_db, in dB)"),
-        ("[nav.can]", "[nav.limits]\nspeed = -1\n[nav.can]", "nav.limits.speed: in m/s, more than 0"),
+        ("[nav.can]", "[nav.limits]\nspeed = -1\n[nav.can]", "nav.limits.speed: must be more than 0 (m/s)"),
         ("[nav.can]", "[nav]\nstale_ms = 3\n[nav.can]", "nav.stale_ms: unknown key (did you mean stale_s, in seconds)"),
         ("[nav.can]", "[nav.nmea]\nheld.GGA.age = 3\n[nav.can]", "GGA.age: unknown key (did you mean max_age_s, in s"),
         (
@@ -60,14 +60,24 @@ def test_shipped_configurations_load() -> None:
             "[nav.nmea.accept]\nestimate = 3\n[nav.can]",
             "accept: 'estimate' is not one of estimated, manual, ",
         ),
-        ("[nav.can]", "[nav.nmea.accept]\nmanual = -3\n[nav.can]", "accept.manual: in metres, at least 0"),
-        ("[nav.can]", "[nav]\nstale_s = '1 s'\n[nav.can]", "stale_s: expected `float`, got `str`; it is in seconds"),
+        ("[nav.can]", "[nav.nmea.accept]\nmanual = -3\n[nav.can]", "accept.manual: must be at least 0 (metres)"),
+        (
+            "[nav.can]",
+            "[nav]\nstale_s = '1 s'\n[nav.can]",
+            "stale_s: expected a number, got a string; it is in seconds",
+        ),
         ("[pipeline]", "[pipline]", "pipline: unknown key (did you mean pipeline)"),
         ("[pipeline]", '[[pipeline.stage]]\nuse = "filter.fri"', "stage[0].use: 'filter.fri' is not one of"),
         ("[pipeline]", '[[pipeline.stage]]\nuse = "detect.cfar"\nmethod = "so"', "(did you mean soca)"),
         ("[sonar]", "[sonar]\nbaud = -1", "sonar.baud: "),
         ("[tracker.map]", "[tracker]\ncolour = 1\n\n[tracker.map]", "tracker.colour: unknown key"),
-        ("[nav.can]", '[nav.can]\nbitrate = "fast"', "nav.can.bitrate: expected `int`, got `str`"),
+        ("[nav.can]", '[nav.can]\nbitrate = "fast"', "nav.can.bitrate: expected an integer, got a string"),
+        ("latitude_deg = ", "latitude_deg = [57, 2.88] #", "site.latitude_deg: expected a number, got a list"),
+        ('interface = "socketcan"', 'interface = ""', "nav.can.interface: '' is not one of "),
+        ("[nav.canopen]", '[nav]\nsource = ""\n[nav.canopen]', "nav.source: '' is not one of canopen, dbc, nmea"),
+        ('port = "/dev/ttyUSB0"', 'port = ""', "sonar.port: must name a device"),
+        ('ins_eds = "ins.eds"', 'ins_eds = ""', "nav.canopen.ins_eds: must not be empty"),
+        ('channel = "can0"', 'channel = "/dev/ttyUSB0"', "nav.can.channel: /dev/ttyUSB0 is the sonar's (sonar.port)"),
     ],
 )
 def test_wrong_key_type_or_range_is_one_line(
@@ -86,6 +96,20 @@ def test_wrong_key_type_or_range_is_one_line(
     assert len(said) == 1
     assert said[0].startswith("ods run: ")
     assert complaint in said[0]
+
+
+def test_one_serial_line_is_not_of_two_devices(tmp_path: Path) -> None:
+    file = tmp_path / "onboard.toml"
+    file.write_text((CONFIG / "onboard-nmea.toml").read_text().replace("/dev/ttyUSB1", "/dev/ttyUSB0"))
+    with pytest.raises(ConfigError, match=rf"{file}: nav\.nmea\.port: /dev/ttyUSB0 is the sonar's"):
+        load(file, OnboardConfig)
+
+
+def test_a_file_in_another_encoding_is_reported_by_its_line(tmp_path: Path) -> None:
+    file = tmp_path / "onboard.toml"
+    file.write_bytes("[bus]\n# Måløy\n".encode("latin-1"))
+    with pytest.raises(ConfigError, match=rf"{file}: line 2 is not text in UTF-8"):
+        load(file, OnboardConfig)
 
 
 def test_pipeline_and_tracker_have_defaults_and_offline_commands_read_only_their_table(tmp_path: Path) -> None:
@@ -113,6 +137,17 @@ def test_a_stage_that_a_plug_in_may_bring_is_not_refused_at_load(tmp_path: Path)
 def test_missing_file_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sonar", "--config", str(tmp_path / "none.toml")]) == 2
     assert capsys.readouterr().err == f"ods sonar: {tmp_path / 'none.toml'}: No such file or directory\n"
+
+
+def test_where_there_is_no_checkout_a_file_to_start_from_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["run"]) == 2
+    said = "ods run: config/onboard.toml: No such file or directory: --config names yours; one to start from is "
+    line = capsys.readouterr().err
+    assert line.startswith(said)
+    assert load(Path(line.removeprefix(said).strip()), OnboardConfig).sonar.port
 
 
 @pytest.mark.parametrize("words", [["fly"], ["run", "--warp"], [], ["bench", "--seconds", "x"]])

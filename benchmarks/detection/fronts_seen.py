@@ -1,7 +1,7 @@
 """Draws what `benchmarks.detection.train_fronts` learns from: echoes found over rough beds, bodies or not.
 
 `python -m benchmarks.detection.fronts_seen OUT.npz [--scenes 600] [--seed 0] [--sonar seabat6012]`: scenes with bodies
-of many kinds over beds of many kinds; of each echo its window (`ods.pipeline.fronts.windows`) and whether it is a
+of many kinds over beds of many kinds; of each echo its window (`ods.pipeline.fronts.judge`) and whether it is a
 body's: by the share of the echo's intensity that remains when the bed is taken away. The last lines are how well
 today's network distinguishes them, so `--seed 7 --scenes 40 --sonar oculus_m750d` judges it before another sonar.
 """
@@ -21,8 +21,8 @@ from ods.assess.sea.run import head_at
 from ods.base.arrays import Floats, Floats32
 from ods.messages import Detection, frame_of
 from ods.pipeline.chain import Chain
+from ods.pipeline.fronts.judge import Fronts
 from ods.pipeline.fronts.network import learnt
-from ods.pipeline.fronts.windows import Windows
 from ods.pipeline.prepared.plan import make_plan, sample_scale_of
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.by_name import find_sonar
@@ -109,7 +109,7 @@ def seen_in(scene: Scene, sonar: SonarModel) -> Iterator[Seen]:
     bare = sim.seeing(Scene(msgspec.structs.replace(scene.file, sea_bed=None)))
     settings = msgspec.convert({"stage": STAGES}, PipelineSettings)
     chain = Chain(settings)
-    windows: Windows | None = None
+    fronts: Fronts | None = None
     for number in range(0, PINGS * EVERY, EVERY):
         ping = shot_at(sim, number).ping
         t_s = ping.t_ns / 1e9
@@ -117,10 +117,10 @@ def seen_in(scene: Scene, sonar: SonarModel) -> Iterator[Seen]:
         echoes = [*found.detections, *found.faint]
         if not echoes:
             continue
-        windows = windows or Windows(make_plan(ping, settings).images[0])
+        fronts = fronts or Fronts(make_plan(ping, settings).images[0])
         share = _shares(echoes, bare.mean_area(t_s), sim.mean_area(t_s), sonar)
         bearing_rad, near_m = np.array([(echo.bearing_rad, echo.near_m) for echo in echoes]).T
-        yield Seen(windows.of(bearing_rad, near_m, frame_of(ping), sample_scale_of(ping)), share)
+        yield Seen(fronts.windows(bearing_rad, near_m, frame_of(ping), sample_scale_of(ping)), share)
 
 
 def _shares(echoes: list[Detection], bodies: Floats, all_of_it: Floats, sonar: SonarModel) -> Floats:

@@ -15,8 +15,8 @@ import torch  # type: ignore[import-not-found,unused-ignore]
 
 from benchmarks.detection.fronts_seen import HARDLY, MOSTLY
 from ods.base.arrays import AnyArray, Floats, Floats32, Mask
+from ods.pipeline.fronts.judge import BEAMS, CELLS
 from ods.pipeline.fronts.network import DB, WEIGHTS, network_of
-from ods.pipeline.fronts.windows import BEAMS, CELLS
 
 CHANNELS, KERNELS, STEPS, HIDDEN = (16, 32, 32), ((3, 5), (3, 5), (3, 3)), ((1, 2), (2, 2), (1, 2)), 48
 EPOCHS, BATCHES, BATCH, BODIES = 40, 400, 256, 85

@@ -29,6 +29,7 @@ from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.measurement.pose import motion_during_reception
 from ods.tracker.measurement.scan import Scan, echoes_of
+from ods.tracker.named import TrackTables
 from ods.tracker.observer.registry import OBSERVERS, make_observer
 from ods.tracker.settings import MotionSettings, TrackerSettings
 from ods.tracker.tracker import Tracker
@@ -109,7 +110,7 @@ def observer_steps() -> dict[str, list[float]]:
 
 def _ping(observer: Any, given: tuple[Any, ...]) -> None:
     observer.predict(1.0 / 7.0)
-    observer.belief()
+    observer.belief_and_moments()
     observer.update(*given)
 
 
@@ -123,6 +124,7 @@ def _in_turns(start: PositionMeasurement, step: Callable[[Any], None]) -> dict[s
     observers = {name: make_observer(name, MotionSettings()) for name in OBSERVERS}
     spent: dict[str, list[float]] = {name: [] for name in observers}
     for observer in observers.values():
+        TrackTables(observer.tables()).extend(len(start.radius))
         observer.start(start)
     for _ in range(TIMED):
         for name, observer in observers.items():

@@ -7,15 +7,14 @@ import numpy as np
 from ods.base.arrays import Floats, Indices
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.named import Named, TrackTable
-from ods.tracker.observer.horizontal import HorizontalState, Learned, NewPlaces
+from ods.tracker.observer.horizontal import STATE, Heights, HorizontalState, Learned, NewPlaces
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
-from ods.tracker.observer.registry import Observer, observer
-from ods.tracker.observer.sensitivity import STATE, Heights
+from ods.tracker.observer.registry import observer
 from ods.tracker.settings import MotionSettings
 
 
 @observer("plain")
-def plain(settings: MotionSettings) -> Observer:
+def plain(settings: MotionSettings) -> StaticOrMovingObserver:
     """Called once. What asks whether objects move at all, and filters height and radius, is there already."""
     return StaticOrMovingObserver(settings, PlainAxes(settings))
 
@@ -70,9 +69,9 @@ class PlainAxes:
         """Return mean and variance if objects move."""
         return self._table.rows.velocity, self._table.rows.velocity_variance
 
-    def append(self, new: NewPlaces) -> None:
-        """Append objects of these places and variances; the velocity is unknown."""
-        s = self._table.grow(new.position.shape[1])
+    def start(self, new: NewPlaces) -> None:
+        """Fill in the last objects, of these places and variances; the velocity is unknown."""
+        s = self._table.last(new.position.shape[1])
         s.place[:] = s.position[:] = new.position
         s.place_variance[:] = s.variance[:] = new.variance
         s.velocity_variance[:] = self._settings.velocity_sigma**2

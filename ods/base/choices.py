@@ -26,7 +26,7 @@ def nearest(name: object, known: Iterable[object]) -> object | None:
 def _parts(text: str, wanted: str) -> Iterator[str]:
     """Yield what begins with a word, as long as `wanted` and with its first letter."""
     for at in range(len(text)):
-        if text[at] == wanted[0] and (at == 0 or text[at - 1] == "_"):
+        if text[at] == wanted[:1] and (at == 0 or text[at - 1] == "_"):
             yield text[at : at + len(wanted)]
 
 

@@ -61,18 +61,25 @@ def refuse_even(settings: Settings) -> None:
 
 
 BOUNDS = {"<=": "at most", ">=": "at least", "<": "less than", ">": "more than"}
+TYPES = {
+    "str": "a string", "int": "an integer", "float": "a number", "bool": "true or false", "date": "a date",
+    "datetime": "a date", "time": "a time", "array": "a list", "list": "a list", "object": "a table", "dict": "a table",
+}  # fmt: skip
+"""What msgspec calls a type, in the words of TOML."""
 
 
 def complaint_of(error: msgspec.ValidationError, kind: type) -> str:
     """Turn what msgspec says of a `kind` into a line that begins with the key.
 
-    "Expected `float`, got `str` - at `$.a.b`" becomes "a.b: expected `float`, got `str`"; names that `kind` does not
-    know, of keys and of choices, come with those that it does, and numbers with their unit.
+    "Expected `float`, got `str` - at `$.a.b`" becomes "a.b: expected a number, got a string"; names that `kind` does
+    not know, of keys and of choices, come with those that it does, and numbers with their unit.
     """
     text = str(error)
     match = re.fullmatch(r"(.*) - at (?:`key` in )?`\$\.?(.*)`", text, re.DOTALL)
     message, key = (match[1], match[2]) if match else (text, "")
-    message = message.replace(" | null", "").replace("object`", "table`")  # TOML has no null, and tables
+    own = re.match(r"(\w+)[\w.\[\]]*(?=: )", message)  # a `__post_init__` begins with the key below its table
+    if own and own[1] in allowed_names(kind, key):
+        key, message = _below(key, own[0]), message[own.end() + 2 :]
     chosen = re.fullmatch(r"Invalid enum value (?:'(?P<text>.*)'|(?P<number>-?\d+))", message, re.DOTALL)
     if chosen:
         given = int(chosen["number"]) if chosen["number"] else chosen["text"]
@@ -100,8 +107,14 @@ def _near_key(kind: type, table: str, key: str) -> str:
 
 
 def _expected(message: str, unit: str) -> str:
-    """Return what msgspec says of a wrong value with the unit, "", and a bound in words."""
+    """Return what msgspec says of a wrong value in words, with the unit, "" for none."""
     bound = re.fullmatch(r"Expected `(?:int|float)` (>=|<=|>|<) (\S+)", message)
     if bound:
-        return f"{f'in {unit}, ' if unit else ''}{BOUNDS[bound[1]]} {float(bound[2]):.15g}"
+        return f"must be {BOUNDS[bound[1]]} {float(bound[2]):.15g}{f' ({unit})' if unit else ''}"
+    message = re.sub(r"`([^`]+)`", lambda types: _in_words(types[1]), message)
     return f"{message}; it is in {unit}" if unit else message
+
+
+def _in_words(types: str) -> str:
+    """Return "a number or a string" of "float | str | null": TOML has no null."""
+    return " or ".join(dict.fromkeys(TYPES.get(name, name) for name in types.split(" | ") if name != "null"))

@@ -13,6 +13,7 @@ import msgspec
 
 from ods.base.errors import OdsError, one_line
 from ods.base.files.in_file import content_of
+from ods.base.files.shipped import FOLDER
 from ods.base.settings import Settings, complaint_of
 
 MOST_DOTS = 200
@@ -95,8 +96,14 @@ def _read(path: Path) -> dict[str, Any]:
     try:
         data = parsed_toml(content_of(path))
     except OSError as error:
-        raise ConfigError(f"{path}: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, a number of 5000 digits, brackets in brackets
+        example = FOLDER / path.name
+        lacking = isinstance(error, FileNotFoundError) and example.exists()  # as where no checkout is
+        advice = f": --config names yours; one to start from is {example}" if lacking else ""
+        raise ConfigError(f"{path}: {error.strerror}{advice}") from error
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        raise ConfigError(f"{path}: line {line} is not text in UTF-8: save the file in that encoding") from error
+    except (ValueError, RecursionError) as error:  # no TOML, a number of 5000 digits, brackets in brackets
         raise ConfigError(f"{path}: not valid TOML: {one_line(error)}") from error
     _refuse_non_finite(data, path, "")
     return data
@@ -114,6 +121,8 @@ def _convert(path: Path, data: dict[str, Any], kind: type[AnyT]) -> AnyT:
 
     def hook(wanted: type, value: Any) -> Any:
         if wanted is Path and isinstance(value, str):
+            if not value:
+                raise ValueError("must not be empty")
             return Path(os.path.normpath(folder / _expanded(value)))
         raise TypeError(f"Expected `str`, got `{type(value).__name__}`")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.doctor import chain, machine, map_file, mounting, navigation, plugins, running, unusual
+from ods.doctor import chain, disk, machine, mounting, navigation, plugins, running, unusual
 from ods.doctor.finding import Finding
 from ods.doctor.lines import nav_line, sonar_port
 from ods.runtime.run_dir import is_locked
@@ -26,7 +26,8 @@ def findings(config: Path, listen_s: float = 0.0, run_dir: Path | None = None) -
     yield from unusual.examine(settings)
     yield from chain.examine(settings.pipeline)
     yield from plugins.examine(settings)
-    yield from map_file.examine(settings.tracker.map.path, settings.site)
+    yield from disk.map_file(settings.tracker.map.path, settings.site)
+    yield from disk.recordings(settings.record)
     line = list(sonar_port.examine(settings.sonar.port, in_use=is_locked(settings.bus.run_dir, "sonar")))
     yield from line
     if listen_s and not _is_wrong(line):

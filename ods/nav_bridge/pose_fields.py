@@ -101,9 +101,9 @@ class PoseMaker:
         `ages`: of fields older than that. A position is extrapolated by the velocity; standard deviations grow.
         """
         found = self._believable(values)
-        if found is None:
+        if isinstance(found, str):
             self._counters["epoch_absurd"] += 1
-            self.disbelief = f"poses are dropped: {self._absurdity(values)}"
+            self.disbelief = f"poses are dropped: {found}"
             return None
         age_s = (arrival_ns - t_ns) / NS
         if age_s > self._limits.age_s:
@@ -155,28 +155,11 @@ class PoseMaker:
         north, east, down = (start + time_s * speed for start, time_s, speed in ways)
         return north, east, down
 
-    def _believable(self, values: Mapping[str, float]) -> tuple[Vector3, Quaternion, Vector3] | None:
-        """Return position, attitude as reported and body velocity, None when one of them no vehicle has."""
-        if not all(abs(values[name]) < WILD for name in self._used):  # written so that NaN fails
-            return None
-        limits = self._limits
-        attitude, place = self._attitude_of(values), self._place_of(values)
-        if attitude is None or place is None:
-            return None
-        velocity = self._velocity_of(values, attitude)
-        inside = (
-            max(abs(place[0]), abs(place[1])) <= limits.horizontal_m
-            and -limits.height_m <= place[2] <= limits.depth_m
-            and max(map(abs, velocity)) <= limits.speed
-            and all(0.0 <= values[name] <= LARGEST_SIGMA[UNITS[name]] for name in self._reported_sigmas)
-        )
-        return (place, attitude, velocity) if inside else None
-
-    def _absurdity(self, values: Mapping[str, float]) -> str:
-        """Return which of the values `_believable` did not believe, and what it would have."""
-        wild = [name for name in self._used if not abs(values[name]) < WILD]
-        if wild:
-            return f"{wild[0]} is {values[wild[0]]:g}"
+    def _believable(self, values: Mapping[str, float]) -> tuple[Vector3, Quaternion, Vector3] | str:
+        """Return position, attitude as reported and body velocity, or why no vehicle has them."""
+        for name in self._used:
+            if not abs(values[name]) < WILD:  # written so that NaN fails
+                return f"{name} is {values[name]:g}"
         negative = [name for name in self._reported_sigmas if values[name] < 0.0]
         if negative:
             return f"{negative[0]} is {values[negative[0]]:g}, below 0"
@@ -190,21 +173,24 @@ class PoseMaker:
             return f"{angles} is no attitude: angles are taken in rad, a quaternion has length 1"
         if place is None:
             return f"latitude {values['latitude']:.6g}, longitude {values['longitude']:.6g} deg are no place"
-        return self._beyond(place, self._velocity_of(values, attitude))
+        velocity = self._velocity_of(values, attitude)
+        return self._beyond(place, velocity) or (place, attitude, velocity)
 
     def _beyond(self, place: Vector3, velocity: Vector3) -> str:
-        """Return which limit position or velocity is beyond."""
-        limits = self._limits
+        """Return which limit position or velocity is beyond, "" where none."""
+        limits, (north, east, down) = self._limits, place
         for name, value, key, limit in (
-            ("north", abs(place[0]), "horizontal_m", limits.horizontal_m),
-            ("east", abs(place[1]), "horizontal_m", limits.horizontal_m),
-            ("height", -place[2], "height_m", limits.height_m),
-            ("depth", place[2], "depth_m", limits.depth_m),
+            ("north", abs(north), "horizontal_m", limits.horizontal_m),
+            ("east", abs(east), "horizontal_m", limits.horizontal_m),
+            ("height", -down, "height_m", limits.height_m),
+            ("depth", down, "depth_m", limits.depth_m),
         ):
             if value > limit:
                 return f"{name} is {value:.1f} m from the site's origin, nav.limits.{key} is {limit:g}"
         fastest = max(map(abs, velocity))
-        return f"the speed along a body axis is {fastest:.1f} m/s, nav.limits.speed is {limits.speed:g}"
+        if fastest > limits.speed:
+            return f"the speed along a body axis is {fastest:.1f} m/s, nav.limits.speed is {limits.speed:g}"
+        return ""
 
     def _place_of(self, values: Mapping[str, float]) -> Vector3 | None:
         first, second, third = (values[name] for name in self._place)

@@ -10,7 +10,7 @@ from ods.base.choices import none_of
 from ods.base.frames.mounting import Lever
 from ods.base.geodesy import SiteSettings
 from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Seconds, Settings, slider, unit
-from ods.runtime.port.address import tcp_address, udp_address
+from ods.runtime.port.address import refuse_no_ip_address, tcp_address, udp_address
 
 NodeId = Annotated[int, msgspec.Meta(ge=1, le=127)]
 OptionValue = str | int | float | bool
@@ -129,9 +129,9 @@ class CanopenSettings(Settings, frozen=True):
     objects: dict[str, str | ObjectSettings] = msgspec.field(default_factory=lambda: dict(POSE_OBJECTS))
     """Pose field of each object, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`. Replaces all of the
     default table (docs/navigation/canopen.md)."""
-    status_bits: dict[str, StatusBit] = msgspec.field(default_factory=lambda: dict(STATUS_BITS))
+    status_bits: dict[str, StatusBit] | None = None
     """Bit of the status object set while position, attitude, velocity, time_of_day or altitude is valid; parts left
-    out always are."""
+    out always are. Without this table: bits 0 to 4 in that order, if there is a status object."""
     epoch_window_s: Seconds = 0.005
     """Without sequence numbers: from first to last PDO of an instant; shorter than between instants."""
     start_ins: bool = False
@@ -150,9 +150,12 @@ class CanopenSettings(Settings, frozen=True):
     def __post_init__(self) -> None:
         if self.node_id == self.ins_node_id:
             raise ValueError(f"node_id: {self.node_id} is the INS's own (ins_node_id)")
-        unknown = self.status_bits.keys() - STATUS_BITS.keys()
-        if unknown:
+        bits = self.status_bits or {}
+        if unknown := bits.keys() - STATUS_BITS.keys():
             raise ValueError(f"status_bits: {none_of(min(unknown), STATUS_BITS)}")
+        fields = [entry if isinstance(entry, str) else entry.field for entry in self.objects.values()]
+        if bits and "status" not in fields:
+            raise ValueError('status_bits: no object of nav.canopen.objects is the "status" that has these bits')
 
 
 class PartSettings(Settings, frozen=True):
@@ -310,6 +313,7 @@ class NmeaSettings(Settings, frozen=True):
 
     def __post_init__(self) -> None:
         udp_address(self.port) or tcp_address(self.port)
+        refuse_no_ip_address("sender", self.sender)
         for part, usable in NMEA_CHOICES.items():
             choice = getattr(self, part)
             if choice is not None and TALKER.sub("", choice) not in usable:

@@ -9,8 +9,7 @@ import numpy as np
 from ods.base.arrays import SAMPLE_DTYPES, AnyArray
 from ods.compiled import native
 from ods.messages import MOST_HEARING_DB, Detection, Detections, Ping, Pose, frame_of
-from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
-from ods.pipeline.image.missing.no_data import NoDataError, samples_without_data
+from ods.pipeline.image.missing.no_data import samples_without_data
 from ods.pipeline.image.samples.amplitude import SampleScale
 from ods.pipeline.image.samples.recorded import Frame, RegionNumbers, unpaint
 from ods.pipeline.interference.deaf_beams import BeamJudge
@@ -97,9 +96,9 @@ class Chain:
         self._prepare(ping)
         first = self._plan.first
         usable = native.shows_something(frame, first)  # else a drop-out: all samples are alike
-        phase = self._phase % self._plan.phases
+        phase = self._phase % len(self._plan.processed_ranges_m)
         if usable:
-            seen = self._look(ping, frame, PingContext(ping.t_ns, pose), mask)
+            seen = self._look(ping, frame, phase, PingContext(ping.t_ns, pose), mask)
             self._phase += 1
         else:
             seen = _Seen([], [], nothing_sent(ping, frame, first, self._scale.top), None, [])
@@ -122,15 +121,15 @@ class Chain:
             heard_from_db=seen.heard_from_db,
         )
 
-    def _look(self, ping: Ping, frame: AnyArray, context: PingContext, mask: RegionNumbers | None) -> "_Seen":
-        first, phase = self._plan.first, self._phase % self._plan.phases
-        try:
-            missing = samples_without_data(ping, frame, first)
-        except NoDataError as error:
-            raise PingError(str(error)) from error
+    def _look(
+        self, ping: Ping, frame: AnyArray, phase: int, context: PingContext, mask: RegionNumbers | None
+    ) -> "_Seen":
+        first = self._plan.first
+        _check_gaps(ping)
+        missing = samples_without_data(ping, frame, first, self._scale.top)
         whole = Frame(frame, self._scale, missing, ping.seq % 2**32)
         deaf = self._beams.judge(ping, whole, first)
-        whole = Frame(frame, self._scale, deaf.missing, whole.number)
+        whole = whole._replace(missing=deaf.missing)
         unseen = self._sight.judge(ping, whole, first, deaf)
         found: list[EchoTable] = []
         faint: list[EchoTable] = []
@@ -237,3 +236,9 @@ def _checked_frame(ping: Ping) -> AnyArray:
     if frame.dtype == SAMPLE_DTYPES["f4"] and not np.isfinite(frame).all():
         raise PingError("samples are not finite")
     return frame
+
+
+def _check_gaps(ping: Ping) -> None:
+    for beam, begin, stop in ping.no_data:
+        if not (0 <= beam < ping.beams and 0 <= begin < stop <= ping.samples):
+            raise PingError(f"no_data: there are no samples {begin} to {stop} of beam {beam}")

@@ -8,6 +8,7 @@ audible before it. A level that has risen is believed as slowly as a fallen one 
 what comes back from a loud spell is where it was.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -142,9 +143,13 @@ def nothing_sent(ping: Ping, frame: AnyArray, first: int, top: float) -> Unseen:
 def with_parts(unseen: Unseen, parts: list[UnseenPart], why: str, sector: Sector) -> Unseen:
     """Return what is unseen with more small parts, of a sector; why: in plain words."""
     span = (sector.bearing_max_rad - sector.bearing_min_rad) * (sector.range_max_m - sector.range_min_m)
-    areas = [(p.bearing_max_rad - p.bearing_min_rad) * (p.range_max_m - p.range_min_m) for p in parts]
-    share = min(unseen.share + sum(areas) / span, 1.0)
+    share = min(unseen.share + area_of(parts) / span, 1.0)
     return Unseen([*unseen.parts, *parts], share, f"{unseen.why}; {why}" if unseen.why else why)
+
+
+def area_of(parts: Sequence[UnseenPart]) -> float:
+    """Return the sum of the parts' areas, rad m."""
+    return sum((p.bearing_max_rad - p.bearing_min_rad) * (p.range_max_m - p.range_min_m) for p in parts)
 
 
 def _parts(codes: Ints, ping: Ping, first: int) -> list[UnseenPart]:

@@ -19,8 +19,9 @@ from ods.base.arrays import AnyArray, Floats
 from ods.base.clock import NS
 from ods.base.frames.geometry import rotation_matrix, wrap_angle
 from ods.messages import Detection, Detections, Ping, Sector, Sweep, UnseenPart, frame_of
+from ods.pipeline.filter.over_pings import KNOT
 from ods.pipeline.prepared.plan import PingError
-from ods.pipeline.stage.motion_compensation import KNOT
+from ods.pipeline.sight import area_of
 from ods.pose.buffer import PoseEstimate
 
 WINDOW_RAD = math.radians(60.0)
@@ -126,7 +127,8 @@ class SweptSonar:
         faint = self._new_ones(swept, found.faint)
         sector, seen = _sector(swept, found.sector)
         parts = _clipped(found.unseen, swept.middle, seen)
-        share = _area(parts) / max(_area(_whole(seen, sector)), 1e-9) if found.usable else 1.0
+        looked = sum((each.high - each.low) * (sector.range_max_m - sector.range_min_m) for each in seen)
+        share = area_of(parts) / max(looked, 1e-9) if found.usable else 1.0
         not_swept = [
             UnseenPart(*gap, sector.range_min_m, sector.range_max_m, "not swept") for gap in _gaps(sector, seen)
         ]
@@ -330,11 +332,3 @@ def _clipped(parts: Sequence[UnseenPart], middle: float, seen: Sequence[Interval
 def _turns(angle: float) -> float:
     """Return the whole turns that are nearest to an angle, rad."""
     return angle - math.remainder(angle, 2.0 * math.pi)
-
-
-def _whole(seen: Sequence[Interval], sector: Sector) -> list[UnseenPart]:
-    return [UnseenPart(*each, sector.range_min_m, sector.range_max_m, "not swept") for each in seen]
-
-
-def _area(parts: Sequence[UnseenPart]) -> float:
-    return sum((p.bearing_max_rad - p.bearing_min_rad) * (p.range_max_m - p.range_min_m) for p in parts)

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 import msgspec
 
 from ods.base.frames.mounting import MountingSettings
-from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
+from ods.pipeline.stage.configured import find_stage, stage_names
 from ods.pipeline.stage.params import GroupParams
-from ods.pipeline.stage.registry import find_stage, stage_names
 from ods.reference.markdown import head
 from ods.reference.setting_pages import Seen, Table, key_table, sections, tables
 from ods.sim_sonar.scene.settings import SceneFile

@@ -19,6 +19,8 @@ SAMPLE_TYPES = {"u1": 0, "u2": 2, "f4": 8}
 """Ping.dtype to SonarImageData.dtype."""
 OK, WARN, ERROR, STALE = 0, 1, 2, 3
 """Levels of a DiagnosticStatus."""
+UNKNOWN = 1e6
+"""Variance of a velocity or turn rate, (m/s)^2 or (rad/s)^2: 0 would say that it is known exactly."""
 
 
 class Frames(NamedTuple):
@@ -66,7 +68,7 @@ class Messages:
         )
 
     def odometry(self, stamp_ns: int, pose: Pose) -> Any:
-        """Return the vehicle's pose and velocity; how sure the velocity is and turn rates are not known: all 0."""
+        """Return the vehicle's pose and velocity. Turn rates, and how sure the velocity is, are not known."""
         place = self.place(enu.enu(pose.position_ned), enu.attitude(pose.attitude))
         spread = np.zeros((6, 6))
         spread[:3, :3] = np.reshape(enu.covariance(pose.sigma_position_ned), (3, 3))
@@ -79,7 +81,7 @@ class Messages:
             self.header(stamp_ns, self.frames.map),
             self.frames.vehicle,
             self.new("geometry_msgs/msg/PoseWithCovariance", place, spread.ravel()),
-            self.new("geometry_msgs/msg/TwistWithCovariance", speed, np.zeros(36)),
+            self.new("geometry_msgs/msg/TwistWithCovariance", speed, UNKNOWN * np.eye(6).ravel()),
         )
 
     def place(self, position: Vector3, turn: Quaternion) -> Any:

@@ -239,6 +239,20 @@ def _waits_for_device(pid: int) -> bool:
         return True
 
 
+class _OwnTime:
+    """Time in which the supervisor runs: while it is stopped, its children may be too, and none is silent for it."""
+
+    def __init__(self) -> None:
+        self._now_s = self._looked_s = time.monotonic()
+
+    def now_s(self) -> float:
+        """Return it, s; more than a period of signs of life since the last call means that it was stopped."""
+        looked_s = time.monotonic()
+        self._now_s += min(looked_s - self._looked_s, bus.HEALTH_PERIOD_S)
+        self._looked_s = looked_s
+        return self._now_s
+
+
 class _Reporter:
     """Reports the health of the children that are down, or busy before they can report it themselves."""
 
@@ -299,10 +313,10 @@ def supervise(processes: Sequence[Process], config: Path, run_dir: Path, setting
     reporter = _Reporter(run_dir)
     log.info("sockets are in %s", run_dir)
     children = [Child(process, _command(process, config, level), run_dir, settings) for process in processes]
-    announced = False
+    announced, own_time = False, _OwnTime()
     try:
         while not stopping:
-            now_s = time.monotonic()
+            now_s = own_time.now_s()
             for child in children:
                 child.step(now_s)
             reporter.report(children, now_s)

@@ -22,7 +22,7 @@ from ods.tracker.measurement.from_detections import received
 from ods.tracker.measurement.scan import Vehicle
 from ods.tracker.outline.outlines import Outlines
 from ods.tracker.outline.seen import seen_from
-from ods.tracker.output.bottom import Bottom, bottom_below
+from ods.tracker.output.bottom import bottom_below
 from ods.tracker.output.closest_approach import Course
 from ods.tracker.output.hittable import ReportableFilter
 from ods.tracker.output.multipath import marked
@@ -31,7 +31,6 @@ from ods.tracker.output.pose_sense import PoseSense
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import InputMonitor
-from ods.tracker.output.vanished import VanishedObjects
 from ods.tracker.restart.checkpoint import Mission
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
@@ -84,7 +83,6 @@ class MissionTracker:
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._pose_sense = PoseSense()
         self._common_errors = CommonErrors()
-        self._vanished = VanishedObjects()
         self._jumps_ns: list[int] = []
         """Of the pose, behind the newest ping."""
         self._poses_until, self._poses_heard = -1, 0
@@ -189,7 +187,6 @@ class MissionTracker:
         if sent is not None:
             motion = Motion(sent.velocity_ned[:2], 0.5 * scan.fan_turn * message.sound_speed)
             self._common_errors.look(snapshot, scan, motion)
-            self._vanished.look(snapshot, scan)
             seen = seen_from(sent, message.detections, scan.fan_turn, message.sound_speed)
             self._outlines.look(snapshot, seen, sent, utc_ns)
         self._half_vertical = message.sector.half_vertical_rad
@@ -214,7 +211,6 @@ class MissionTracker:
             self._lister.end(self.tracker.begin_again())
             self.vetoes.end_all("the pose jumped")
             self._common_errors.begin_again()
-            self._vanished.begin_again()
             self._inputs.begin_again(message.t_ns, "the pose jumped")
         self._jumps_ns = self._jumps_ns[len(passed) :]
         speed = message.sound_speed or SLOWEST
@@ -235,7 +231,7 @@ class MissionTracker:
             if forgotten is None:
                 raise RefusedError(f"no obstacle {request.id}")
             self._lister.end(forgotten)
-            self._vanished.forget(request.id)
+            self._common_errors.forget(request.id)
             self._present = [each for each in self._present if each.id != request.id]
             return [request.id]
         return []
@@ -273,58 +269,42 @@ class MissionTracker:
         reasons = self._inputs.reasons(now_ns, pose_known=pose is not None or shown is None)
         reasons += self._pose_sense.reasons(now_ns)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
-        bottom = bottom_below(pose)
-        reasons += self._common_errors.reasons(convoy=not self._pose_sense.is_doubtful) + self._vanished.reasons()
-        hittable = self._hittable.of(self._common_errors.widened(snapshot), bottom, self._view(t_ns, pose))
+        bottom, head = bottom_below(pose), head_of(pose, self._mounting)
+        caution = "" if shown is None else shown.caution
+        reasons += self._common_errors.reasons(convoy=not self._pose_sense.is_doubtful, caution=caution)
+        view = None if head is None else View(self._utc.at(t_ns), head, self._half_vertical)
+        hittable = self._hittable.of(self._common_errors.widened(snapshot), bottom, view)
         centre = None if self._vehicle is None else self._vehicle.position
-        nearest = self._outlines.covering(hittable.snapshot.nearest(self.settings.planner.most_listed, centre))
-        self.left_out = len(hittable.snapshot) - len(nearest)
-        obstacles = self._marked(self._obstacles(nearest, course, bottom, t_ns), shown, pose)
+        nearest = self._outlines.covering(hittable.nearest(self.settings.planner.most_listed, centre))
+        self.left_out = len(hittable) - len(nearest)
+        obstacles = self._outlines.outlined(self._lister.obstacles(nearest, course, bottom), t_ns)
+        if shown is not None and head is not None:
+            obstacles = marked(obstacles, head.position_ned, shown.second_ways_m)
         self._present = self.vetoes.marked(obstacles, now_ns)
         message = ObstacleList(
             seq=self.seq,
-            ping_number=-1 if shown is None else shown.ping_number,
+            ping_number=-1,
             t_ns=t_ns,
             utc_ns=self._utc.at(t_ns),
-            t_rx_ns=0 if shown is None else shown.t_rx_ns,
+            t_rx_ns=0,
             valid=not reasons,
             reasons=reasons,
             obstacles=self._present,
             utc_source=self._utc.source,
             left_out=self.left_out,
-            bottom_left_out=hittable.left_out,
-            unseen=[] if shown is None else shown.unseen,
-            unseen_share=0.0 if shown is None else shown.unseen_share,
-            unseen_why="" if shown is None else shown.unseen_why,
-            heard_from_db=None if shown is None else shown.heard_from_db,
-            caution="" if shown is None else shown.caution,
+            bottom_left_out=len(snapshot) - len(hittable),
             poses_until=self._poses_until,
             poses_heard=self._poses_heard,
             made_ns=now_ns,
             made_utc_ns=self._utc.at(now_ns),
             site=self._site,
             pose=_pose_at(pose),
-            head=_pose_at(head_of(pose, self._mounting)),
-            sector=None if shown is None else shown.sector,
-            processed_ranges_m=[] if shown is None else shown.processed_ranges_m,
+            head=_pose_at(head),
             vetoes=self.vetoes_held(now_ns),
         )
         self.seq += 1
         self._listed_ns = now_ns
-        return message
-
-    def _obstacles(self, nearest: Snapshot, course: Course | None, bottom: Bottom | None, t_ns: int) -> list[Obstacle]:
-        return self._outlines.outlined(self._lister.obstacles(nearest, course, bottom), t_ns)
-
-    def _marked(self, obstacles: list[Obstacle], shown: Detections | None, pose: PoseEstimate | None) -> list[Obstacle]:
-        head = head_of(pose, self._mounting)
-        if shown is None or head is None:
-            return obstacles
-        return marked(obstacles, head.position_ned, shown.second_ways_m)
-
-    def _view(self, t_ns: int, pose: PoseEstimate | None) -> View | None:
-        head = head_of(pose, self._mounting)
-        return None if head is None else View(self._utc.at(t_ns), head, self._half_vertical)
+        return message if shown is None else _of_ping(message, shown)
 
     def _snapshot(self, t_ns: int) -> Snapshot:
         within = None
@@ -335,6 +315,22 @@ class MissionTracker:
         if newest_ns is None or t_ns <= newest_ns:
             return snapshot
         return snapshot.extrapolated((t_ns - newest_ns) / clock.NS, self.settings.motion)
+
+
+def _of_ping(message: ObstacleList, shown: Detections) -> ObstacleList:
+    """Return a list with what its ping did."""
+    return msgspec.structs.replace(
+        message,
+        ping_number=shown.ping_number,
+        t_rx_ns=shown.t_rx_ns,
+        unseen=shown.unseen,
+        unseen_share=shown.unseen_share,
+        unseen_why=shown.unseen_why,
+        heard_from_db=shown.heard_from_db,
+        caution=shown.caution,
+        sector=shown.sector,
+        processed_ranges_m=shown.processed_ranges_m,
+    )
 
 
 def _pose_at(estimate: PoseEstimate | None) -> PoseAt | None:

@@ -1,4 +1,5 @@
-/* Tables with an object a column, appended to and removed from in place (named.py): cells of 8 bytes each. */
+/* Tables with an object a column, one below the other, appended to and removed from in place (named.py): cells of 8
+   bytes each. */
 
 #include "kernel.h"
 

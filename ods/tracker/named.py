@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ods.base.arrays import Floats, Mask
+from ods.base.arrays import Floats, Ints, Mask
 from ods.compiled import native
 
 GROWTH = 2
@@ -40,61 +40,71 @@ class Named(Generic[RowNames]):
 
 
 class TrackTable(Generic[RowNames]):
-    """A table with an object a column (the last axis), to append objects to and remove them from.
-
-    Always C-contiguous, as kernels want it, and always at the start of the same memory: `table` and `rows` of before a
-    `grow`, `extend` or `keep` are of no use after it.
-    """
+    """A table with an object a column (the last axis), laid out with others in `TrackTables`. C-contiguous."""
 
     def __init__(self, record: Callable[..., RowNames], shape: tuple[int, ...], dtype: type[Any] = np.float64) -> None:
         """`shape`: of the table without its last axis; `record`: as in `Named`; `dtype`: of 8 bytes."""
         self._record, self._shape, self._dtype = record, shape, dtype
         self.height = math.prod(shape)
         """Numbers an object."""
-        self.cells = np.zeros(0, np.int64)
-        """Room for the table, and for more objects."""
-        self.lay_out(0)
+        self.lay_out(np.zeros(0, np.int64))
 
     def __len__(self) -> int:
         return int(self.table.shape[-1])
 
-    def grow(self, count: int) -> RowNames:
-        """Append a number of objects, all numbers 0, and return their rows to be filled in."""
-        old = len(self)
-        extend([self], count)
-        return self._record(*self.table[..., old:])
+    def last(self, count: int) -> RowNames:
+        """Return views of the rows of the last so many objects, to be filled in."""
+        return self._record(*self.table[..., len(self) - count :])
 
-    def restore(self, stored: bytes) -> None:
-        """Replace all objects by those of another table of the same record, `table.tobytes()`. Raises ValueError."""
-        numbers: NDArray[Any] = np.frombuffer(stored, self._dtype).reshape(*self._shape, -1).copy()
-        self.cells = numbers.view(np.int64).ravel()
-        self.lay_out(numbers.shape[-1])
-
-    def lay_out(self, count: int) -> None:
-        """Take the cells as the table of a number of objects."""
-        self.table: NDArray[Any] = self.cells[: self.height * count].view(self._dtype).reshape(*self._shape, count)
+    def lay_out(self, cells: Ints) -> None:
+        """Take cells as the table's memory, `height` an object."""
+        count = len(cells) // self.height
+        self.table: NDArray[Any] = cells.view(self._dtype).reshape(*self._shape, count)
         self.rows = self._record(*self.table)
         """Views of the table's rows."""
 
 
-def extend(tables: list[TrackTable[Any]], count: int) -> None:
-    """Append a number of objects to each table, all numbers 0."""
-    total = len(tables[0]) + count
-    for one in tables:
-        if one.height * total > len(one.cells):
-            cells = np.zeros(GROWTH * one.height * total, np.int64)
-            cells[: one.table.size] = one.table.view(np.int64).ravel()
-            one.cells = cells
-        native.table_extend(one.cells, one.height, total - count, count)
-    for one in tables:
-        one.lay_out(total)
+class TrackTables:
+    """Tables of the same objects, one after the other in one memory, to append objects to and remove them from.
 
+    `table` and `rows` of before an `extend`, `keep` or `restore` are of no use after it.
+    """
 
-def keep(tables: list[TrackTable[Any]], mask: Mask) -> None:
-    """Remove the objects where (n,) `mask` is False from each table; the others keep their order."""
-    left = [native.table_keep(one.cells, one.height, mask) for one in tables]
-    for one, count in zip(tables, left, strict=True):
-        one.lay_out(count)
+    def __init__(self, tables: list[TrackTable[Any]]) -> None:
+        """Take the tables over with the objects that they have."""
+        self._tables = tables
+        self._height = sum(one.height for one in tables)
+        self._cells: Ints
+        """Room for the tables, and for more objects."""
+        self.restore([one.table.tobytes() for one in tables])
+
+    def extend(self, count: int) -> None:
+        """Append a number of objects, all numbers 0."""
+        before = len(self._tables[0])
+        used, wanted = self._height * before, self._height * (before + count)
+        if wanted > len(self._cells):
+            cells = np.zeros(GROWTH * wanted, np.int64)
+            cells[:used] = self._cells[:used]
+            self._cells = cells
+        native.table_extend(self._cells, self._height, before, count)
+        self._lay_out(before + count)
+
+    def keep(self, mask: Mask) -> None:
+        """Remove the objects where (n,) `mask` is False; the others keep their order."""
+        self._lay_out(native.table_keep(self._cells, self._height, mask))
+
+    def restore(self, stored: list[bytes]) -> None:
+        """Replace all objects by those of tables of the same records, `table.tobytes()` each. Raises ValueError."""
+        pairs = zip(self._tables, stored, strict=True)
+        numbers = np.concatenate([np.frombuffer(own, np.int64).reshape(one.height, -1) for one, own in pairs])
+        self._cells = numbers.ravel()
+        self._lay_out(numbers.shape[1])
+
+    def _lay_out(self, count: int) -> None:
+        first = 0
+        for one in self._tables:
+            one.lay_out(self._cells[first : first + one.height * count])
+            first += one.height * count
 
 
 def each(*rows: Floats) -> tuple[Floats, ...]:

@@ -107,7 +107,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         try:
             if self._checkpoints.base_due(tracker.map_changes()):
                 self._checkpoints.write_base(tracker.whole_map())
-            mission = self._mission.state(pending.puts(), pending.removes())
+            mission = self._mission.state(list(pending.puts), list(pending.removes))
             self._checkpoints.write(now_ns, reserved_id(tracker.next_id), mission)
         except OSError as error:
             self.service.log_once("checkpoint_failed", f"objects would not outlive a kill: {reason_of(error)}")

@@ -9,7 +9,16 @@ from ods.base.choices import none_of
 from ods.base.frames.mounting import MountingSettings
 from ods.base.geodesy import SiteSettings
 from ods.base.plugins import PluginGroup
-from ods.base.settings import NonNegative, NonNegativeInt, NonNegativeSeconds, Positive, PositiveInt, Settings, slider
+from ods.base.settings import (
+    Fraction,
+    NonNegative,
+    NonNegativeInt,
+    NonNegativeSeconds,
+    Positive,
+    PositiveInt,
+    Settings,
+    slider,
+)
 from ods.pose.buffer import PoseSettings
 from ods.runtime.bus import BusSettings
 
@@ -50,9 +59,7 @@ class MotionSettings(Settings, frozen=True):
     """Spectral density of the radius, m^2/s."""
     static_prior: Annotated[Probability, slider(0.05, 0.95, step=0.05)] = 0.7
     """Share of static objects among new ones."""
-    change_rate: Annotated[float, msgspec.Meta(ge=0.0, le=1.0), slider(0.0, 1.0, step=1e-4, log=True, unit="1/s")] = (
-        0.001
-    )
+    change_rate: Annotated[Fraction, slider(0.0, 1.0, step=1e-4, log=True, unit="1/s")] = 0.001
     """At which an object starts or stops moving, 1/s."""
 
 

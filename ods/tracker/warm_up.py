@@ -7,6 +7,7 @@ from ods.base.frames.geometry import quat_from_euler
 from ods.messages import Sector
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
+from ods.tracker.named import TrackTables
 from ods.tracker.observer.registry import make_observer
 from ods.tracker.settings import MotionSettings, TrackerSettings
 from ods.tracker.tracker import Tracker
@@ -34,6 +35,7 @@ def warm_up(settings: TrackerSettings) -> None:
 def _find_again(name: str) -> None:
     """Let an observer do what the mission does not come to: what was settled is taken up again, and inherited."""
     observer, one, row = make_observer(name, MotionSettings()), np.ones(1), np.zeros(1, np.intp)
+    TrackTables(observer.tables()).extend(1)
     observer.recall(np.ones((3, 1)), np.ones((3, 1)), np.zeros(1), one, one)
     observer.settle(row)
     observer.inherit(row, row)

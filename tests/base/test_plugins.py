@@ -100,7 +100,7 @@ def test_a_name_that_no_plugin_has_is_known_when_they_are_loaded(tmp_path: Path,
     with pytest.raises(PluginError, match=rf"^tracker\.{key}: 'nobodys' is not one of "):
         Tracker(settings)
     written(file, f'[tracker]\n{key} = "nobodys"')
-    with pytest.raises(ConfigError, match=rf"tracker: {key}: 'nobodys' is not one of "):
+    with pytest.raises(ConfigError, match=rf"tracker\.{key}: 'nobodys' is not one of "):
         load_table(file, "tracker", TrackerSettings)
 
 
@@ -117,7 +117,7 @@ def test_what_a_plugged_in_sonar_cannot_do_is_said_when_it_is_loaded(tmp_path: P
     good = SonarSettings(plugins=(file,), protocol="test.sketch", port="/dev/ttyUSB0")
     assert type(make_protocol(good, Counter())).__name__ == "SketchProtocol"
     assert complaint('protocol = "test.sketch"\nport = "tcp://10.0.0.5:1"') == (
-        f"{tmp_path}/onboard.toml: sonar: port: tcp://10.0.0.5:1: test.sketch works over serial, socket only: "
+        f"{tmp_path}/onboard.toml: sonar.port: tcp://10.0.0.5:1: test.sketch works over serial, socket only: "
         "write /dev/DEVICE or socket://HOST:PORT"
     )
     assert complaint('protocol = "sketched"\nport = "/dev/x"').startswith(

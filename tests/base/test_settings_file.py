@@ -34,7 +34,7 @@ def test_a_file_of_an_editor_that_marks_its_encoding_is_read(tmp_path: Path) -> 
     [
         ("[other]", "site: missing"),
         ("[site]\nlatitude_deg = 57", "site.longitude_deg: missing"),
-        ("[site]\nlatitude_deg = 91\nlongitude_deg = 0", "site.latitude_deg: in degrees, at most 90"),
+        ("[site]\nlatitude_deg = 91\nlongitude_deg = 0", "site.latitude_deg: must be at most 90 (degrees)"),
     ],
 )
 def test_a_wrong_table_is_one_line_with_its_key(tmp_path: Path, text: str, complaint: str) -> None:
@@ -101,8 +101,8 @@ def test_many_numbers_in_a_line_are_no_key(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "complaint"),
     [
-        ("lever_arm_m = [3700.0, 0.0, 0.0]", "nav.lever_arm_m[0]: in metres, at most 100"),
-        ("stale_s = -1", "nav.stale_s: in seconds, more than 0"),
+        ("lever_arm_m = [3700.0, 0.0, 0.0]", "nav.lever_arm_m[0]: must be at most 100 (metres)"),
+        ("stale_s = -1", "nav.stale_s: must be more than 0 (seconds)"),
         ("canopen = { inz = 1 }", "nav.canopen.inz: unknown key (did you mean ins_eds)"),
         ("nmae = 1", "nav.nmae: unknown key (did you mean nmea)"),
     ],

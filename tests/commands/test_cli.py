@@ -147,6 +147,13 @@ def test_a_full_disk_behind_standard_output_is_one_line(arguments: list[str]) ->
     assert reported.returncode == 2
 
 
+def test_an_error_that_cannot_be_written_has_its_exit_code(tmp_path: Path) -> None:
+    """The log of `ods run` on a full disk."""
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-m", "ods", "run", "--config", str(tmp_path / "none.toml")]
+        assert subprocess.run(command, stdout=full, stderr=full, check=False).returncode == 2
+
+
 @pytest.mark.parametrize("command", ["run", "record", "doctor", "map list"])
 def test_too_few_open_files_are_one_line(command: str) -> None:
     """ZeroMQ would end the process, and Python with a traceback, wherever the last one is wanted."""

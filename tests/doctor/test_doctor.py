@@ -4,7 +4,6 @@ import itertools
 import os
 import socket
 import threading
-import tty
 from collections.abc import Callable
 from pathlib import Path
 
@@ -62,15 +61,14 @@ def test_missing_devices_are_wrong_and_exit_code_is_1(tmp_path: Path, capsys: py
 
 
 def test_what_is_there_is_good(tmp_path: Path) -> None:
-    master, slave = os.openpty()
-    tty.setraw(slave)
-    name = os.ttyname(slave)
-    found = list(findings(config(tmp_path, name, f'interface = "slcan"\nchannel = "{name}"\nbitrate = 500000')))
+    ends = [*os.openpty(), *os.openpty()]
+    sonar, adapter = os.ttyname(ends[1]), os.ttyname(ends[3])
+    found = list(findings(config(tmp_path, sonar, f'interface = "slcan"\nchannel = "{adapter}"\nbitrate = 500000')))
     assert "wrong" not in levels(found).values()
-    assert levels(found)[f"serial port {name}"] == "good"
-    assert levels(found)[f"CAN slcan {name}"] == "good"
-    os.close(master)
-    os.close(slave)
+    assert levels(found)[f"serial port {sonar}"] == "good"
+    assert levels(found)[f"CAN slcan {adapter}"] == "good"
+    for end in ends:
+        os.close(end)
 
 
 def test_a_plain_file_is_no_serial_port(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from rosbags.highlevel import AnyReader
 
 from ods.export.ros2 import TOPICS, Ros2Bag
 from ods.export.sink import UnfitMessageError
+from ods.ros2.messages import UNKNOWN
 from tests.export import mission
 from tests.export.mission import UTC_NS, A
 
@@ -64,6 +65,7 @@ def test_the_vehicle(bag: dict[str, list[Any]]) -> None:
     assert same_turn(odometry.pose.pose.orientation, (0.0, 0.0, 0.0, 1.0))  # heading east is along x
     assert xyz(odometry.twist.twist.linear) == (1.5, -0.2, 0.1)
     assert np.diag(odometry.pose.covariance.reshape(6, 6)) == pytest.approx([4.0, 1.0, 9.0, 0.01, 0.04, 0.09])
+    assert odometry.twist.covariance.reshape(6, 6).tolist() == np.diag([UNKNOWN] * 6).tolist()  # 0 would be exact
     (moved,) = bag["/tf"][0].transforms
     assert (moved.header.frame_id, moved.child_frame_id) == ("map", "base_link")
     assert xyz(moved.transform.translation) == (20.0, 100.0, -10.0)

@@ -35,8 +35,7 @@ def rock(object_id: int, north: float, east: float, **changes: object) -> MapObj
 
 def saved(path: Path, objects: list[MapObject], origin: tuple[float, float] = ORIGIN) -> Path:
     store = open_map(path, *origin)
-    store.change(objects, [])
-    store.reserve(max((o.id for o in objects), default=0) + 1)
+    store.change(objects, [], max((o.id for o in objects), default=0) + 1)
     store.close()
     return path
 

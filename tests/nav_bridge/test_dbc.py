@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import can
+import cantools
 import msgspec
 import numpy as np
 import pytest
@@ -23,12 +24,19 @@ from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId, Frame
-from ods.nav_bridge.dbc.burst import CYCLES
+from ods.nav_bridge.dbc.epoch_order import CYCLES
 from ods.nav_bridge.dbc.file import DbcError, DbcText
 from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.dbc.units import conversion
 from ods.nav_bridge.registry import make_source
-from ods.nav_bridge.settings import DbcSettings, NavSettings, SignalSettings, TimeSettings, ValiditySettings
+from ods.nav_bridge.settings import (
+    DbcSettings,
+    NavSettings,
+    PartSettings,
+    SignalSettings,
+    TimeSettings,
+    ValiditySettings,
+)
 from ods.nav_bridge.source import SourceHost
 from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
 from tests.nav_bridge.made_up_clock import utc_ahead
@@ -373,7 +381,7 @@ def test_instants_follow_the_devices_clock_not_the_jitter_of_arrival() -> None:
 
 def test_a_clock_of_other_unit_width_and_wrap() -> None:
     clocked = dbc_of(time=TimeSettings(signal="SBG_ECAN_MSG_EKF_INFO.TIME_STAMP", unit="0.1 ms", wraps_at=1.0))
-    with pytest.raises(DbcError, match=r"nav\.dbc\.time: the DBC's unit '0\.1 ms' is not known as one of s"):
+    with pytest.raises(DbcError, match=r"nav\.dbc\.time\.unit: '0\.1 ms' is not a known unit of time, such as s"):
         Bench(clocked)
     bench = Bench(
         dbc_of(time=TimeSettings(signal="SBG_ECAN_MSG_EKF_INFO.TIME_STAMP", unit="ms", wraps_at=604_800_000.0))
@@ -566,11 +574,19 @@ def dbc_of(**changes: object) -> DbcSettings:
     [
         (
             {"u": "FAST.HEADING"},
-            "nav.dbc.signals.u: the DBC's unit 'deg' is not known as one of m/s; give unit or ",
+            "nav.dbc.signals.u: the DBC's unit 'deg' is not a known unit of speed, such as m/s; give unit or ",
         ),
         ({"u": "REST.STRANGE"}, "nav.dbc.signals.u: the DBC's unit 'furlong'"),
         ({"yaw": "REST.BARE"}, "nav.dbc.signals.yaw: the DBC's unit ''"),
-        ({"yaw": SignalSettings(signal="REST.BARE", unit="turns")}, "unit 'turns' is not known as one of rad"),
+        (
+            {"yaw": SignalSettings(signal="REST.BARE", unit="turns")},
+            "nav.dbc.signals.yaw.unit: 'turns' is not a known unit of angle, such as rad",
+        ),
+        ({"u": SignalSettings(signal="REST.V", unit="m")}, "nav.dbc.signals.u.unit: 'm' is not a known unit of speed"),
+        (
+            {"u": SignalSettings(signal="REST.V", plus=PartSettings(signal="REST.BARE", unit="kots"))},
+            "nav.dbc.signals.u.plus.unit: 'kots' is not a known unit of speed, such as m/s (did you mean knot)",
+        ),
         ({"u": "REST"}, "nav.dbc.signals.u: must be MESSAGE.SIGNAL, got 'REST'"),
         ({"u": "REST.U"}, "nav.dbc.signals.u: message REST has no signal 'U'"),
         ({"u": "BEST.V"}, "nav.dbc.signals.u: no message 'BEST' in the DBC"),
@@ -588,13 +604,20 @@ def test_a_map_that_does_not_fit_is_one_line(floats: Path, changes: dict[str, st
     assert "\n" not in text
 
 
+def test_one_signal_for_two_parts_of_a_pose_is_objected_to() -> None:
+    assert Bench().source.objections() == []
+    signals = SBG.signals | {"pitch": SBG.signals["roll"], "sigma_pitch": SBG.signals["sigma_roll"]}
+    said = "nav.dbc.signals.pitch: is SBG_ECAN_MSG_EKF_EULER.ROLL, as roll is"
+    assert Bench(dbc_of(signals=signals)).source.objections() == [said]
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
         ({"epoch": ["SBG_ECAN_MSG_EKF_INFO"]}, "nav.dbc.epoch: must also list SBG_ECAN_MSG_EKF_ALTITUDE, "),
         ({"epoch": ["SBG_ECAN_MSG_EKF_INFO"] * 2}, "nav.dbc.epoch: lists a message twice"),
         ({"epoch": ["X"]}, "nav.dbc.epoch: must also list "),
-        ({"time": "SBG_ECAN_MSG_EKF_POS.LATITUDE"}, "nav.dbc.time: the DBC's unit 'deg' is not known as one of s"),
+        ({"time": "SBG_ECAN_MSG_EKF_POS.LATITUDE"}, "nav.dbc.time: the DBC's unit 'deg' is not a known unit of time"),
         ({"valid": [ValiditySettings(signal="A.B", mask=1)]}, "nav.dbc.valid[0]: no message 'A' in the DBC"),
         (
             {"valid": [ValiditySettings(signal="SBG_ECAN_MSG_EKF_POS.LATITUDE", mask=1)]},
@@ -638,12 +661,12 @@ def test_numbers_that_no_signal_has_are_refused(changes: dict[str, object], said
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('source = "dbc"', 'source = "canopen"', "nav: canopen: missing, as source is 'canopen'"),
+        ('source = "dbc"', 'source = "canopen"', "nav.canopen: missing, as source is 'canopen'"),
         ('file = "sbg.dbc"', "", "nav.dbc.file: missing"),
         ("mask = 0x30", "", "mask: give mask, accept or both"),
-        ("mask = 0x30", "mask = 0", "nav.dbc.valid[0]: mask: 0 accepts every value"),
-        ("mask = 0x30", "accept = []", "nav.dbc.valid[0]: accept: no value would be accepted"),
-        ("window_s = 0.008", "window_s = 0", "nav.dbc.window_s: in seconds, more than 0"),
+        ("mask = 0x30", "mask = 0", "nav.dbc.valid[0].mask: 0 accepts every value"),
+        ("mask = 0x30", "accept = []", "nav.dbc.valid[0].accept: no value would be accepted"),
+        ("window_s = 0.008", "window_s = 0", "nav.dbc.window_s: must be more than 0 (seconds)"),
         ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", sine = 1}', "sine: unknown key"),
         ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", sign = 2}', "sign: "),
         ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", factor = -1.0}', "factor: must be positive"),
@@ -681,6 +704,18 @@ def test_a_dbc_as_vendors_write_them_in_windows_1252_with_blanks_and_tables(tmp_
         file = tmp_path / f"{encoding}.dbc"
         file.write_bytes(text.encode(encoding))
         assert len(Bench(dbc_of(file=file)).run(1, 2)) == 1
+
+
+def test_a_dbc_with_the_list_of_symbols_of_its_format_and_with_comments(tmp_path: Path) -> None:
+    """As cantools, or a maker's editor, writes it: the list has the word CM_, which begins no comment there."""
+    written = cantools.database.load_file(DBC)
+    assert isinstance(written, cantools.database.Database)
+    file = tmp_path / "written.dbc"
+    comment = 'CM_ BO_ 258 "status;\nBO_ 1 No_message: 8 INS";\nCM_ "all of it";\n'
+    file.write_text(written.as_dbc_string() + comment, newline="")
+    assert "\tCM_\r\n" in file.read_bytes().decode()
+    assert DbcText(file).names == DbcText(DBC).names
+    assert len(Bench(dbc_of(file=file)).run(1, 2)) == 1
 
 
 # nothing but listening, and the simulated INS
@@ -733,7 +768,7 @@ def test_the_bench_by_dbc_is_configured_on_both_sides(tmp_path: Path) -> None:
     assert load(bench.onboard, OnboardConfig).nav.source == "dbc"
     file = tmp_path / "bench.toml"
     file.write_text((CONFIG / "bench-dbc.toml").read_text().replace("ins_dbc", "ins_eds"))
-    with pytest.raises(ConfigError, match=r"sim: ins_dbc: missing, as ins is 'dbc'"):
+    with pytest.raises(ConfigError, match=r"sim.ins_dbc: missing, as ins is 'dbc'"):
         load(file, BenchConfig)
 
 

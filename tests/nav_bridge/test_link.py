@@ -211,9 +211,9 @@ def test_settings_that_can_never_work_end_the_process(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("[can]\ninterface = 'udp_multicast'", "can: interface: udp_multicast is not allowed"),
-        ("[can]\nchannel = ''", "can: channel: must not be empty"),
-        ("[canopen]\nnode_id = 5", "canopen: node_id: 5 is the INS's own"),
+        ("[can]\ninterface = 'udp_multicast'", "can.interface: udp_multicast is not allowed"),
+        ("[can]\nchannel = ''", "can.channel: must not be empty"),
+        ("[canopen]\nnode_id = 5", "canopen.node_id: 5 is the INS's own"),
         ("[canopen]\nnode_id = 128", "canopen.node_id"),
         ("[can]\nbaud = 5", "can.baud: unknown key"),
         ("source = 'dbc2'", "source"),

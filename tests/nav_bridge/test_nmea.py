@@ -599,6 +599,8 @@ def test_heading_and_velocity_of_single_sensors() -> None:
         ({"held": {"VGT": HeldSettings()}}, "held: 'VGT' is not one of "),
         ({"port": "udp://host:1"}, "port: udp://host:1: needs an IP address"),
         ({"port": "udp://127.0.0.1"}, "port: udp://127.0.0.1: needs a port number"),
+        ({"port": "udp://127.0.0.1:70000"}, "port: udp://127.0.0.1:70000: needs a port number from 1 to 65535"),
+        ({"sender": "ins.local"}, "sender: ins.local: not an IP address"),
         ({"port": "tsp://127.0.0.1:1"}, "port: tsp://127.0.0.1:1: neither a device nor an address"),
     ],
 )

@@ -10,7 +10,7 @@ import pytest
 from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
-from ods.nav_bridge.settings import ObjectSettings
+from ods.nav_bridge.settings import POSE_OBJECTS, ObjectSettings
 from tests.nav_bridge.canopen_samples import MS, PERIOD, Bench, lost
 
 I16, I32, U8, U16, U32, U64, F32 = 3, 4, 5, 6, 7, 0x1B, 8
@@ -215,3 +215,20 @@ def test_pdos_that_carry_no_pose_may_be_anything(tmp_path: Path, cob_id: str, ma
         text += record(0x1A08, [(U32, hex(entry), "") for entry in mapped])
     file.write_text(file.read_text() + text)
     assert len(feed(Bench(file, objects=GEODETIC), 1, geodetic_pdos(30.0))) == 1
+
+
+def test_status_bits_of_a_status_that_is_not_there_are_refused() -> None:
+    without = {name: entry for name, entry in POSE_OBJECTS.items() if entry not in ("status", "over_bottom")}
+    with pytest.raises(ValueError, match=r'status_bits: no object of nav\.canopen\.objects is the "status"'):
+        Bench(status_bits={"position": 0}, objects=without)
+    nothing: dict[str, int] | None
+    for nothing in ({}, None):
+        assert Bench(status_bits=nothing, objects=without).epoch(1, status=0)
+
+
+def test_a_bit_beyond_the_status_is_refused() -> None:
+    """It would never be set, and no pose ever valid."""
+    with pytest.raises(
+        OdsError, match=r"ins\.eds: nav\.canopen\.status_bits\.attitude: no bit 8: the status has 8 bits"
+    ):
+        Bench(status_bits={"position": 7, "attitude": 8})

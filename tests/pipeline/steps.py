@@ -6,14 +6,13 @@ import numpy as np
 
 from ods.base.arrays import Image
 from ods.base.settings import Settings
-from ods.pipeline import built_in  # noqa: F401  it registers the stages
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.gained_image import DoubleBuffer
 from ods.pipeline.image.regions import RUN, Regions
 from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.measure.echoes import Measured, measure
 from ods.pipeline.prepared.filter_chain import result_of
-from ods.pipeline.stage.registry import find_stage
+from ods.pipeline.stage.configured import find_stage
 from ods.pipeline.stage.step import PingContext
 from tests.pipeline.pings import fan_bearings
 

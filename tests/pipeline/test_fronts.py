@@ -11,9 +11,8 @@ from scipy.signal import correlate
 
 from ods.base.arrays import Floats, Floats32
 from ods.pipeline.chain import Chain
-from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
+from ods.pipeline.fronts.judge import BEAMS, BEFORE, CELLS, LEAST_FRONT, Fronts, can_be_judged
 from ods.pipeline.fronts.network import learnt, network_of
-from ods.pipeline.fronts.windows import BEAMS, BEFORE, CELLS, Windows, can_be_judged
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.image_layout import RangeInterval, layout
 from ods.pipeline.image.samples.amplitude import sample_scale
@@ -31,9 +30,9 @@ def fan_of(beams: int = 60, step_rad: float = STEP_RAD, dr_m: float = DR_M) -> F
     return Fan(bearing, np.full(beams, step_rad), SAMPLES, dr_m, dr_m)
 
 
-def layout_of(fan: Fan, first: int = 0, subsample: int = 2) -> Windows:
+def fronts_of(fan: Fan, first: int = 0, subsample: int = 2) -> Fronts:
     attention = AttentionSettings(near_m=0.0, subsample=subsample)
-    return Windows(layout(fan, slice(0, len(fan.bearing_rad)), first, [ALL_RANGES], attention, 0))
+    return Fronts(layout(fan, slice(0, len(fan.bearing_rad)), first, [ALL_RANGES], attention, 0))
 
 
 def places(*places: tuple[int, float]) -> tuple[Floats, Floats]:
@@ -57,7 +56,7 @@ def test_a_window_lies_around_the_place_where_the_echo_sets_in(first: int, subsa
     near_m = 30.0
     image[20, round(near_m / DR_M) - 1 :] = 100.0  # sample k lies at (k + 1) dr
     part = Fan(fan.bearing_rad, fan.beam_width_rad, SAMPLES - first, DR_M * (1 + first), DR_M)
-    (window,) = layout_of(part, first, subsample).of(*places((20, near_m)), image, AMPLITUDE)
+    (window,) = fronts_of(part, first, subsample).windows(*places((20, near_m)), image, AMPLITUDE)
     (rises,) = np.nonzero(np.diff(window[BEAMS // 2]) > 10.0)
     assert abs(rises[0] + 1 - BEFORE) <= 1
     assert np.ptp(window[BEAMS // 2 + 1]) == 0.0
@@ -67,23 +66,23 @@ def test_a_window_lies_around_the_place_where_the_echo_sets_in(first: int, subsa
 def test_levels_know_no_gain(gain: float, seed: int) -> None:
     image = speckled(np.ones((60, SAMPLES)), seed)
     echoes = places((0, 0.1), (30, 25.0), (59, 59.9))
-    windows = layout_of(fan_of())
-    one, other = (windows.of(*echoes, times * image, AMPLITUDE) for times in (np.float32(1.0), np.float32(gain)))
+    fronts = fronts_of(fan_of())
+    one, other = (fronts.windows(*echoes, times * image, AMPLITUDE) for times in (np.float32(1.0), np.float32(gain)))
     np.testing.assert_allclose(one, other, atol=1e-2)
 
 
 @pytest.mark.parametrize("of_all", [0.0, 1.0, 1e15])
 def test_an_image_without_anything_gives_numbers(of_all: float) -> None:
-    window = layout_of(fan_of()).of(*places((3, 1.0)), np.full((60, SAMPLES), of_all, np.float32), AMPLITUDE)
+    window = fronts_of(fan_of()).windows(*places((3, 1.0)), np.full((60, SAMPLES), of_all, np.float32), AMPLITUDE)
     assert np.abs(window).max() < 1e-3
     assert np.isfinite(learnt().scores(window)).all()
 
 
 def test_counts_and_their_amplitudes_are_judged_alike() -> None:
     counts = (40.0 * speckled(np.ones((60, SAMPLES)), 1)).astype(np.uint16)
-    windows, echoes = layout_of(fan_of()), places((30, 25.0))
-    of_counts = windows.of(*echoes, counts, sample_scale(np.dtype(np.uint16), "linear", 1.0))
-    of_amplitudes = windows.of(*echoes, counts.astype(np.float32), AMPLITUDE)
+    fronts, echoes = fronts_of(fan_of()), places((30, 25.0))
+    of_counts = fronts.windows(*echoes, counts, sample_scale(np.dtype(np.uint16), "linear", 1.0))
+    of_amplitudes = fronts.windows(*echoes, counts.astype(np.float32), AMPLITUDE)
     np.testing.assert_allclose(of_counts, of_amplitudes, atol=1e-3)
 
 
@@ -92,9 +91,9 @@ def test_a_log_of_amplitudes_is_judged_as_they_are(dtype: type) -> None:
     """In steps of 0.5 dB."""
     amplitude = 40.0 * speckled(np.ones((60, SAMPLES)), 1)
     counts = np.clip(np.round(40.0 * np.log10(amplitude + 1e-3)), 0, 255).astype(dtype)
-    windows, echoes = layout_of(fan_of()), places((30, 25.0))
-    of_counts = windows.of(*echoes, counts, sample_scale(np.dtype(dtype), "db", 0.5))
-    np.testing.assert_allclose(of_counts, windows.of(*echoes, amplitude, AMPLITUDE), atol=1.0)
+    fronts, echoes = fronts_of(fan_of()), places((30, 25.0))
+    of_counts = fronts.windows(*echoes, counts, sample_scale(np.dtype(dtype), "db", 0.5))
+    np.testing.assert_allclose(of_counts, fronts.windows(*echoes, amplitude, AMPLITUDE), atol=1.0)
 
 
 def test_the_network_is_what_another_correlation_makes_of_its_weights() -> None:
@@ -102,11 +101,11 @@ def test_the_network_is_what_another_correlation_makes_of_its_weights() -> None:
     steps = ((1, 2), (2, 2), (1, 2))
     arrays: dict[str, Floats32] = {"steps": np.array(steps, np.float32)}
     before, shape = 1, (BEAMS, CELLS)
-    for k, (channels, around) in enumerate([(3, (3, 5)), (4, (3, 5)), (5, (3, 3))]):
+    for k, (channels, around) in enumerate([(16, (3, 5)), (32, (3, 5)), (16, (3, 3))]):
         arrays[f"convolution{k}"] = rng.normal(size=(*around, before, channels)).astype(np.float32)
         arrays[f"convolution{k}_bias"] = rng.normal(size=channels).astype(np.float32)
         before, shape = channels, (-(-shape[0] // steps[k][0]), -(-shape[1] // steps[k][1]))
-    for name, into, out in [("hidden", before * shape[0] * shape[1], 6), ("last", 6, 1)]:
+    for name, into, out in [("hidden", before * shape[0] * shape[1], 48), ("last", 48, 1)]:
         arrays[name] = rng.normal(size=(into, out)).astype(np.float32)
         arrays[f"{name}_bias"] = rng.normal(size=out).astype(np.float32)
     windows = 10.0 * rng.normal(size=(3, BEAMS, CELLS)).astype(np.float32)
@@ -172,7 +171,7 @@ def test_of_fine_beams_a_window_has_those_a_beam_width_apart() -> None:
     image = speckled(np.ones((360, SAMPLES)), 4)
     echoes = fine.bearing_rad[[120, 180]], np.array([20.0, 30.0])
     of_fine, of_coarse = (
-        layout_of(fan).of(*echoes, samples, AMPLITUDE) for fan, samples in [(fine, image), (coarse, image[::6])]
+        fronts_of(fan).windows(*echoes, samples, AMPLITUDE) for fan, samples in [(fine, image), (coarse, image[::6])]
     )
     np.testing.assert_array_equal(of_fine, of_coarse)
 
@@ -200,7 +199,7 @@ def test_windows_follow_beams_that_lie_wider_apart_at_the_edges_of_a_fan() -> No
     fan = Fan(bearing, np.full(512, math.radians(1.0)), SAMPLES, DR_M, DR_M)
     assert can_be_judged(fan)
     ramp = np.repeat(np.exp(bearing)[:, None], SAMPLES, axis=1).astype(np.float32)
-    windows = layout_of(fan).of(bearing[[60, 256]], np.array([30.0, 30.0]), ramp, AMPLITUDE)
+    windows = fronts_of(fan).windows(bearing[[60, 256]], np.array([30.0, 30.0]), ramp, AMPLITUDE)
     apart_db = np.diff(windows[:, :, 0], axis=1)
     np.testing.assert_allclose(apart_db, 20.0 * math.log10(math.e) * math.radians(1.0), rtol=0.35)
 

@@ -13,7 +13,7 @@ from ods.messages import Pose
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.settings import PipelineSettings
-from ods.pipeline.stage.registry import find_stage
+from ods.pipeline.stage.configured import find_stage
 from ods.pipeline.stage.step import PingContext
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
 from tests.pipeline.steps import stage_on_images

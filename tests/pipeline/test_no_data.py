@@ -186,7 +186,7 @@ def test_quiet_image_is_data_and_shows_only_what_is_there(rms: float) -> None:
         echo = 12.0**2 * body_echo("half", 1.5, 50.0, 0.1, BEARINGS, SAMPLES) if number % 2 else 0.0
         counts = np.sqrt((rms**2 + echo) * rng.exponential(size=SHAPE)).astype(np.uint8)
         ping = make_ping(counts, seq=number)
-        assert samples_without_data(ping, counts, 0).sum() < 0.01 * counts.size
+        assert samples_without_data(ping, counts, 0, 255.0).sum() < 0.01 * counts.size
         detections = chain.process(ping).detections
         hits = len(near(detections, 50.0, 0.1))
         found, false = found + min(hits, 1), false + len(detections) - hits
@@ -200,7 +200,7 @@ def test_what_the_samples_tell_of_gaps_is_what_was_lost() -> None:
         lost = lose(rng)
         lost[:, :40] = False  # what is left of a beam must show that it is loud
         counts = counts_of(rng, lost)
-        found = samples_without_data(make_ping(counts), counts, 0)
+        found = samples_without_data(make_ping(counts), counts, 0, 255.0)
         assert (found != lost).mean() < 0.002
 
 
@@ -209,7 +209,7 @@ def test_levels_that_fall_to_nothing_are_data() -> None:
     rng = np.random.default_rng(4)
     counts = np.minimum(3e4 / (COLUMN + 50.0) ** 1.7 * np.sqrt(rng.exponential(size=SHAPE)), 255.0).astype(np.uint8)
     assert (counts[:, -500:] == 0).all()
-    assert samples_without_data(make_ping(counts), counts, 0).sum() < 0.02 * counts.size
+    assert samples_without_data(make_ping(counts), counts, 0, 255.0).sum() < 0.02 * counts.size
 
 
 def test_sonar_that_shows_only_what_is_over_a_threshold_is_not_taken_for_one_that_lacks_data() -> None:
@@ -217,7 +217,7 @@ def test_sonar_that_shows_only_what_is_over_a_threshold_is_not_taken_for_one_tha
     echoes = sum(body_echo("disc", 1.5, r, b, BEARINGS, SAMPLES) for r, b in [(20, -0.3), (60, 0.2), (80, 0.5)])
     counts = (120.0 * np.sqrt(echoes * rng.exponential(size=SHAPE))).astype(np.uint8)
     counts[counts < 10] = 0
-    assert samples_without_data(make_ping(counts), counts, 0).sum() < 0.005 * counts.size
+    assert samples_without_data(make_ping(counts), counts, 0, 255.0).sum() < 0.005 * counts.size
     assert all(
         near(Chain(PipelineSettings()).process(make_ping(counts)).detections, r, b) for r, b in [(20, -0.3), (80, 0.5)]
     )
@@ -246,7 +246,7 @@ def test_beams_that_show_nothing_over_the_sonar_s_threshold_are_data() -> None:
     rng = np.random.default_rng(3)
     counts = np.maximum(counts_of(rng, np.zeros(SHAPE, np.bool_)), 60)
     counts[::2] = 60
-    assert not samples_without_data(make_ping(counts), counts, 0).any()
+    assert not samples_without_data(make_ping(counts), counts, 0, 255.0).any()
 
 
 @pytest.mark.parametrize("run", [(60, 0, 5), (-1, 0, 5), (0, 5, 5), (0, 5, 2001), (0, -1, 5)])

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from ods.pipeline.chain import Chain
-from ods.pipeline.settings import DEFAULT_STAGES, AttentionSettings, PipelineSettings
-from ods.pipeline.smallest_object import Columns, columns_of
+from ods.pipeline.settings import DEFAULT_STAGES, AttentionSettings, Columns, PipelineSettings, columns_of
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
 
 

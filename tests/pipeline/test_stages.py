@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -18,9 +19,9 @@ from ods.config import OnboardConfig
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.settings import PipelineSettings
-from ods.pipeline.stage import registry
+from ods.pipeline.stage.configured import find_stage, stage_names
 from ods.pipeline.stage.params import BUILT_IN, STAGES, StageError
-from ods.pipeline.stage.registry import image_stage
+from ods.pipeline.stage.registry import REGISTERED, image_stage
 from ods.pipeline.stage.step import ImageStep
 from tests.pipeline.pings import make_ping
 
@@ -64,8 +65,8 @@ def test_unknown_stage_lists_the_known_ones() -> None:
 @pytest.mark.parametrize(
     ("stage", "complaint"),
     [
-        ('use = "filter.fir"\ntaps = "many"', "stage[0] (filter.fir): taps: expected `int`, got `str`"),
-        ('use = "filter.fir"\ntaps = 0', "stage[0] (filter.fir): taps: in samples, at least 1"),
+        ('use = "filter.fir"\ntaps = "many"', "stage[0] (filter.fir): taps: expected an integer, got a string"),
+        ('use = "filter.fir"\ntaps = 0', "stage[0] (filter.fir): taps: must be at least 1 (samples)"),
         ('use = "filter.fir"\ntabs = 9', "stage[0] (filter.fir): tabs: unknown key"),
         ('use = "filter.median"\nwindow = 4', "stage[0] (filter.median): window: 4 is not one of 3, 5, 7, 9"),
         ('use = "filter.fir"\ntaps = 8', "stage[0] (filter.fir): taps: expected an odd number, got 8"),
@@ -89,7 +90,7 @@ def test_configuration_is_checked_without_kernels_and_scipy() -> None:
 
 
 def test_every_stage_that_comes_with_ods_is_in_the_table_of_parameters() -> None:
-    ours = {name: registry.find_stage(name) for name in registry.stage_names()}
+    ours = {name: find_stage(name) for name in stage_names()}
     table = {name: stage.params for name, stage in ours.items() if stage.prepare.__module__.startswith("ods.pipeline")}
     assert table == dict(BUILT_IN)
 
@@ -98,13 +99,13 @@ def test_users_file_is_found_and_its_parameters_are_checked(frame: np.ndarray) -
     user = {"use": "my.beam_gain", "limit": 3.0}
     built = chain({"use": "equalize.mean_range"}, user, {"use": "filter.box"}, DETECT, plugins=(EXAMPLE,))
     assert built.process(make_ping(frame)).detections
-    with pytest.raises(StageError, match=r"pipeline.stage\[0\] \(my.beam_gain\): limit: more than 0"):
+    with pytest.raises(StageError, match=r"pipeline.stage\[0\] \(my.beam_gain\): limit: must be more than 0"):
         chain({"use": "my.beam_gain", "limit": -1.0}, DETECT, plugins=(EXAMPLE,))
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
 def test_a_stage_stands_in_the_file_of_its_name_or_in_one_that_lists_it(name: str) -> None:
-    module = importlib.import_module(registry.find_stage(name).prepare.__module__)
+    module = importlib.import_module(find_stage(name).prepare.__module__)
     folder, word = name.split(".")
     assert module.__name__.startswith(f"ods.pipeline.{folder}.")
     assert module.__name__.endswith(f".{word}") or f"`{word}`" in (module.__doc__ or "")
@@ -124,7 +125,7 @@ def test_users_file_is_named_relative_to_the_configuration(tmp_path: Path) -> No
 
 def test_users_stage_does_what_it_says() -> None:
     STAGES.load([EXAMPLE])
-    stage = registry.find_stage("my.beam_gain")
+    stage = find_stage("my.beam_gain")
     source = np.array([[1.0, 2.0, 3.0], [10.0, 20.0, 30.0]], np.float32)
     out = np.empty_like(source)
     fan = Fan(np.array([0.0, 0.1]), np.full(2, 0.1), 3, 0.0, 0.05)
@@ -149,12 +150,11 @@ def test_plugin_of_another_package_is_found_by_its_entry_point(
 
                 return step
 
-    monkeypatch.setattr(registry, "_stages", dict(registry._stages))
-    with monkeypatch.context() as patched:
-        patched.setattr(plugins, "installed", lambda group: [Entry()] if group == "ods.stages" else [])
-        built = chain({"use": "equalize.mean_range"}, {"use": "other.double"}, DETECT)
     plain = chain({"use": "equalize.mean_range"}, DETECT).process(make_ping(frame))
-    assert [d.range_m for d in built.process(make_ping(frame)).detections] == [d.range_m for d in plain.detections]
+    monkeypatch.setattr(plugins, "installed", lambda group: [Entry()] if group == "ods.stages" else [])
+    with patch.dict(REGISTERED):
+        built = chain({"use": "equalize.mean_range"}, {"use": "other.double"}, DETECT)
+        assert [d.range_m for d in built.process(make_ping(frame)).detections] == [d.range_m for d in plain.detections]
 
 
 @pytest.mark.parametrize(

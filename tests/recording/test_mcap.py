@@ -15,6 +15,7 @@ from hypothesis import given, settings, strategies as st
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, Header, Message, Schema
 
+from ods import __version__
 from ods.recording.errors import RecordingError
 from ods.recording.inbox import Received
 from ods.recording.mcap.framing import LONGEST_MESSAGE_BYTES, MAGIC, RECORD, encoded
@@ -121,7 +122,8 @@ def test_a_kill_between_the_chunk_and_the_cut_behind_it(tmp_path: Path, monkeypa
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (b"", "not an MCAP file"),
+        (b"", "the file is empty"),
+        (MAGIC.replace(b"0", b"1") + b"more", "an MCAP file of another version than 0"),
         (b"rubbish" * 100, "not an MCAP file"),
         (MAGIC, "not a recording of ODS"),
         (MAGIC + encoded(Header("ros2", "somebody")), "not a recording of ODS"),
@@ -132,6 +134,17 @@ def test_a_foreign_file_is_one_line(tmp_path: Path, content: bytes, says: str) -
     path.write_bytes(content)
     with pytest.raises(RecordingError, match=says):
         open_recording(path)
+
+
+@pytest.mark.parametrize(("version", "newer"), [("99.0.0", True), ("0.4.0", False), ("", False), (__version__, False)])
+def test_a_recording_of_a_newer_version_is_read_with_one_warning(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, version: str, newer: bool
+) -> None:
+    path = tmp_path / "a.mcap"
+    path.write_bytes(HEAD.replace(encoded(Header("ods", "x")), encoded(Header("ods", f"ods {version}"))))
+    assert list(open_recording(path).messages()) == []
+    said = f"{path}: recorded by ods {version}: what this one, {__version__}, does not know is left out"
+    assert caplog.messages == [said] * newer
 
 
 def test_no_file_and_an_empty_folder_are_one_line(tmp_path: Path) -> None:

@@ -107,6 +107,22 @@ def test_a_hung_child_is_killed_and_started_again(tmp_path: Path) -> None:
     assert "nav sent no watchdog message in time: killed" in supervisor.stderr.read()
 
 
+def test_children_that_were_stopped_with_the_supervisor_are_not_killed(tmp_path: Path) -> None:
+    """As by Ctrl-Z, a paused container or a stopped virtual machine."""
+    supervisor = start(tmp_path, WORK, "watchdog_s=2.0")
+    (child,) = pids(tmp_path, 1)
+    time.sleep(0.5)
+    for pid in (child, supervisor.pid):
+        os.kill(pid, signal.SIGSTOP)
+    time.sleep(2.5)
+    os.kill(supervisor.pid, signal.SIGCONT)
+    time.sleep(0.3)
+    os.kill(child, signal.SIGCONT)
+    time.sleep(0.5)
+    assert pids(tmp_path, 1) == [child]
+    assert Path(f"/proc/{child}").exists()
+
+
 def test_a_child_that_is_at_work_while_it_starts_is_not_killed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

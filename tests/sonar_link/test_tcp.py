@@ -165,7 +165,7 @@ def test_a_peer_that_takes_nothing_is_given_up_before_half_a_packet_spoils_the_r
         ("tcp://sonar:7000", 'needs an IP address, such as "tcp://192.168.0.5:7000"'),
         ("tcp://192.168.0.5", "needs a port number"),
         ("tcp://192.168.0.5:0", "needs a port number"),
-        ("tcp://192.168.0.5:70000", "needs an IP address"),
+        ("tcp://192.168.0.5:70000", "needs a port number"),
         ("rfc2217://192.168.0.5:7000", "neither a device nor an address"),
     ],
 )

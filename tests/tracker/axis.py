@@ -7,9 +7,8 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.compiled import native
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
-from ods.tracker.observer.horizontal import Learned
+from ods.tracker.observer.horizontal import STATE, Heights, Learned
 from ods.tracker.observer.kalman.independent import IndependentState, Together
-from ods.tracker.observer.sensitivity import STATE, Heights
 from tests.tracker.fixes import fixes_of
 
 ROWS = [IndependentState._fields.index(name) for name in ("position", "velocity", "variance", "slope", "residual")]

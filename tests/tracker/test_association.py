@@ -43,6 +43,7 @@ def belief(positions: Floats, variances: Floats, weights: Floats, radius: Floats
         radius,
         np.full(len(radius), 0.04),
         static,
+        np.zeros(len(radius)),
     )
 
 

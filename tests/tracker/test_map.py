@@ -41,8 +41,7 @@ from ods.tracker.map.store import open_map
 store = open_map(Path(sys.argv[1]), 57.0, 10.0)
 for i in range(1, 1_000_000):
     pair = [MapObject(j, (1.0 * i, 2.0, 3.0), (1, 1, 1), 1.0, 1.0, 0.9, i, 1, 2, 3) for j in (2 * i, 2 * i + 1)]
-    store.change(pair, [2 * i - 20, 2 * i - 19])
-    store.reserve(2 * i + 2)
+    store.change(pair, [2 * i - 20, 2 * i - 19], 2 * i + 2)
     print(i, flush=True)
 """
 

@@ -9,13 +9,11 @@ from numpy.typing import NDArray
 
 from ods.base.arrays import Floats
 from ods.tracker.measurement.model import ATTITUDE, UNSEEN, PositionMeasurement
-from ods.tracker.named import Named
-from ods.tracker.observer.belief import moment_match
-from ods.tracker.observer.horizontal import NewPlaces
+from ods.tracker.named import Named, TrackTables
+from ods.tracker.observer.horizontal import STATE, Heights, NewPlaces
 from ods.tracker.observer.kalman.imm import FACTORS, InteractingModels, Model
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
-from ods.tracker.observer.registry import OBSERVERS, Observer, make_observer
-from ods.tracker.observer.sensitivity import STATE, Heights
+from ods.tracker.observer.registry import OBSERVERS, make_observer
 from ods.tracker.settings import REST, MotionSettings
 from tests.tracker.fixes import fixes_of
 
@@ -80,7 +78,8 @@ steps = st.lists(st.tuples(st.floats(0.0, 30.0), st.one_of(st.none(), fixes)), m
 def begun(filters: InteractingModels, places: Floats, noise: Floats) -> Floats:
     """Append objects; return (hypotheses, FACTORS, k) states and factors: a view until more are appended."""
     reported = fixes_of(places, noise)
-    filters.append(NewPlaces(places, noise[:2], noise[2], reported.sensitivity))
+    TrackTables(filters.tables()).extend(places.shape[1])
+    filters.start(NewPlaces(places, noise[:2], noise[2], reported.sensitivity))
     table: Floats = filters.tables()[0].table
     return table
 
@@ -214,7 +213,17 @@ def measured_at(places: Floats, along: float, across: float, angle: float) -> Po
     return PositionMeasurement(position, *noise, 3.0 * ones, ones, 0.1 * ones, *level)
 
 
-def track(observer: Observer, angle: float, seed: int = 3, speed: float = 0.8) -> Observer:
+def start(observer: StaticOrMovingObserver, measured: PositionMeasurement) -> None:
+    TrackTables(observer.tables()).extend(len(measured.radius))
+    observer.start(measured)
+
+
+def recall(observer: StaticOrMovingObserver, *known: Floats) -> None:
+    TrackTables(observer.tables()).extend(1)
+    observer.recall(*known)
+
+
+def track(observer: StaticOrMovingObserver, angle: float, seed: int = 3, speed: float = 0.8) -> StaticOrMovingObserver:
     """Show it one object at rest and one that moves, 60 times."""
     rng = np.random.default_rng(seed)
     spread = np.linalg.cholesky(noise_of(0.01, 0.25, angle))
@@ -222,16 +231,16 @@ def track(observer: Observer, angle: float, seed: int = 3, speed: float = 0.8) -
         truth = np.array([[20.0, 40.0 + speed * k / 7.0], [5.0, -3.0 - 0.5 * speed * k / 7.0]])
         measured = measured_at(truth + spread @ rng.standard_normal((2, 2)), 0.01, 0.25, angle)
         if k == 0:
-            observer.start(measured)
+            start(observer, measured)
         else:
             observer.predict(1.0 / 7.0)
             observer.update(BOTH, measured, np.full(2, 1.0 / 7.0))
     return observer
 
 
-def moments_of(observer: Observer) -> Floats:
+def moments_of(observer: StaticOrMovingObserver) -> Floats:
     """Return all that it tells as one table."""
-    return np.vstack([*moment_match(observer.belief()), *observer.velocity()])
+    return np.vstack([*observer.belief_and_moments()[1], *observer.velocity()])
 
 
 def test_without_mixed_noise_coupled_equals_independent() -> None:
@@ -256,7 +265,7 @@ def test_models_exchange_once_a_second_and_no_two_objects_wait_for_each_other() 
     filters = InteractingModels(motion, alike, 1e6)
     observer = StaticOrMovingObserver(motion, filters)
     places = np.zeros((2, count))
-    observer.start(measured_at(places, 0.01, 0.01, 0.0))
+    start(observer, measured_at(places, 0.01, 0.01, 0.0))
     share = filters.tables()[1].table
     share[0], share[1] = 0.1, 0.9
     exchanged = []
@@ -268,7 +277,7 @@ def test_models_exchange_once_a_second_and_no_two_objects_wait_for_each_other() 
     assert np.diff([0, *exchanged]).max() <= 20
 
 
-def errors_in_a_turn(observer: Observer) -> tuple[float, float]:
+def errors_in_a_turn(observer: StaticOrMovingObserver) -> tuple[float, float]:
     """Return the rms error, m, before and in a turn, of objects that go straight at 1 m/s for 30 s and then turn."""
     rng, dt, straight, scans, count = np.random.default_rng(5), 1.0 / 7.0, 210, 280, 40
     course = 0.25 * np.maximum(np.arange(scans) - straight, 0) * dt
@@ -278,11 +287,11 @@ def errors_in_a_turn(observer: Observer) -> tuple[float, float]:
         places = truth[:, k : k + 1] + 0.3 * rng.standard_normal((2, count))
         measured = measured_at(places, 0.09, 0.09, 0.0)
         if k == 0:
-            observer.start(measured)
+            start(observer, measured)
         else:
             observer.predict(dt)
             observer.update(np.arange(count), measured, np.full(count, dt))
-        squares[k] = np.mean((moment_match(observer.belief()).position[:2] - truth[:, k : k + 1]) ** 2)
+        squares[k] = np.mean((observer.belief_and_moments()[1].position[:2] - truth[:, k : k + 1]) ** 2)
     return float(np.sqrt(squares[straight - 70 : straight].mean())), float(np.sqrt(squares[straight + 20 :].mean()))
 
 
@@ -297,40 +306,40 @@ def test_several_models_follow_a_turn_and_a_straight_course() -> None:
 @pytest.mark.parametrize("name", OBSERVERS)
 def test_what_rests_and_what_moves_is_found(name: str) -> None:
     observer = track(make_observer(name, MotionSettings()), angle=0.7)
-    belief, (velocity, _) = observer.belief(), observer.velocity()
+    belief, (velocity, _) = observer.belief_and_moments()[0], observer.velocity()
     np.testing.assert_allclose(belief.weight.sum(axis=0), 1.0)
     assert belief.static[0] > 0.95
     assert belief.static[1] < 0.05
     np.testing.assert_allclose(velocity[:2, 1], [0.8, -0.4], atol=0.15)
     observer.settle(BOTH)
     observer.predict(1000.0)
-    assert observer.belief().static.tolist() == [1.0, 0.0]
-    np.testing.assert_allclose(moment_match(observer.belief()).position[:2, 0], [20.0, 5.0], atol=0.4)
+    assert observer.belief_and_moments()[0].static.tolist() == [1.0, 0.0]
+    np.testing.assert_allclose(observer.belief_and_moments()[1].position[:2, 0], [20.0, 5.0], atol=0.4)
 
 
 def test_what_hardly_moves_and_may_rest_is_settled_to_rest() -> None:
     """Chance makes an object at rest seem to creep; taken for one that moves, it was given up when out of view."""
     rng, dt, row = np.random.default_rng(3), 1.0 / 7.0, np.zeros(1, np.intp)
     observer = make_observer("manoeuvring", MotionSettings())
-    observer.start(measured_at(np.zeros((2, 1)), 0.01, 0.01, 0.0))
+    start(observer, measured_at(np.zeros((2, 1)), 0.01, 0.01, 0.0))
     for k in range(1, 1000):
         observer.predict(dt)
         place = np.array([[0.02 * dt * max(k - 150, 0)], [0.0]]) + 0.1 * rng.standard_normal((2, 1))
         observer.update(row, measured_at(place, 0.01, 0.01, 0.0), np.full(1, dt))
-        if k > 150 and observer.belief().static[0] < 0.4:
+        if k > 150 and observer.belief_and_moments()[0].static[0] < 0.4:
             break
-    assert 0.05 < observer.belief().static[0] < 0.5
+    assert 0.05 < observer.belief_and_moments()[0].static[0] < 0.5
     observer.settle(row)
-    assert observer.belief().static[0] == 1.0
+    assert observer.belief_and_moments()[0].static[0] == 1.0
 
 
 @pytest.mark.parametrize("name", OBSERVERS)
 def test_what_is_seen_again_goes_on_from_what_was_settled(name: str) -> None:
     observer = track(make_observer(name, MotionSettings()), angle=0.7)
     observer.settle(BOTH)
-    before = moment_match(observer.belief())
+    before = observer.belief_and_moments()[1]
     observer.reopen(BOTH)
-    belief = observer.belief()
+    belief = observer.belief_and_moments()[0]
     assert ((belief.static > 0.0) & (belief.static < 1.0)).all()
     # The hypothesis given up starts where the other one is.
     for h in range(len(belief.weight)):
@@ -342,9 +351,9 @@ def test_what_is_seen_again_goes_on_from_what_was_settled(name: str) -> None:
 def test_the_map_is_taken_as_it_is(name: str) -> None:
     observer = make_observer(name, MotionSettings())
     position, variance = np.array([[10.0], [20.0], [3.0]]), np.array([[0.5], [0.4], [1.0]])
-    observer.recall(position, variance, np.array([0.3]), np.array([1.5]), np.array([0.2]))
-    observer.recall(position, np.zeros((3, 1)), np.zeros(1), np.array([1.5]), np.zeros(1))
-    estimate = moment_match(observer.belief())
+    recall(observer, position, variance, np.array([0.3]), np.array([1.5]), np.array([0.2]))
+    recall(observer, position, np.zeros((3, 1)), np.zeros(1), np.array([1.5]), np.zeros(1))
+    estimate = observer.belief_and_moments()[1]
     np.testing.assert_allclose(estimate.position, np.repeat(position, 2, axis=1))
     np.testing.assert_allclose(estimate.variance[:, 0], variance[:, 0])
     np.testing.assert_allclose(estimate.covariance_ne[0], 0.3)
@@ -355,11 +364,11 @@ def test_the_map_is_taken_as_it_is(name: str) -> None:
 @pytest.mark.parametrize("name", OBSERVERS)
 def test_an_heir_rests_where_the_old_object_did(name: str) -> None:
     observer = make_observer(name, MotionSettings())
-    observer.recall(np.full((3, 1), 1.0), np.ones((3, 1)), np.full(1, 0.5), np.ones(1), np.ones(1))
-    observer.start(measured_at(np.full((2, 1), 2.0), 1.5, 0.5, np.pi / 4.0))
-    before = observer.belief().static[1]
+    recall(observer, np.full((3, 1), 1.0), np.ones((3, 1)), np.full(1, 0.5), np.ones(1), np.ones(1))
+    start(observer, measured_at(np.full((2, 1), 2.0), 1.5, 0.5, np.pi / 4.0))
+    before = observer.belief_and_moments()[0].static[1]
     observer.inherit(np.array([1]), np.array([0]))
-    belief = observer.belief()
+    belief = observer.belief_and_moments()[0]
     assert belief.static[1] > before
     np.testing.assert_allclose(belief.position[0, :2, 1], 1.5)
     np.testing.assert_allclose(belief.variance[0, :2, 1], 0.5)
@@ -369,11 +378,11 @@ def test_an_heir_rests_where_the_old_object_did(name: str) -> None:
 def test_an_heir_of_what_moves_is_not_taken_to_rest(name: str) -> None:
     observer = track(make_observer(name, MotionSettings()), angle=0.7)
     observer.settle(BOTH)
-    (moving,) = np.flatnonzero(observer.belief().static == 0.0)
-    observer.start(measured_at(np.full((2, 1), 2.0), 1.5, 0.5, np.pi / 4.0))
-    assert observer.belief().static[2] > REST
+    (moving,) = np.flatnonzero(observer.belief_and_moments()[0].static == 0.0)
+    start(observer, measured_at(np.full((2, 1), 2.0), 1.5, 0.5, np.pi / 4.0))
+    assert observer.belief_and_moments()[0].static[2] > REST
     observer.inherit(np.array([2]), np.array([moving]))
-    assert observer.belief().static[2] < 0.1
+    assert observer.belief_and_moments()[0].static[2] < 0.1
 
 
 extreme = st.lists(
@@ -397,7 +406,7 @@ def test_whatever_happens_all_stays_finite(
     name: str, sequence: list[tuple[float, float, float, float, float, str]]
 ) -> None:
     observer = make_observer(name, MotionSettings())
-    observer.start(measured_at(np.zeros((2, 2)), 0.01, 1.0, 0.5))
+    start(observer, measured_at(np.zeros((2, 2)), 0.01, 1.0, 0.5))
     for dt, along, across, angle, place, action in sequence:
         observer.predict(dt)
         if action == "inherit":
@@ -407,7 +416,7 @@ def test_whatever_happens_all_stays_finite(
             observer.update(BOTH, measured_at(np.full((2, 2), place), 10.0**along, 10.0**across, angle), np.full(2, dt))
         else:
             getattr(observer, action)(BOTH)
-        belief = observer.belief()
+        belief = observer.belief_and_moments()[0]
         np.testing.assert_allclose(belief.weight.sum(axis=0), 1.0)
         assert np.isfinite(moments_of(observer)).all()
         assert (belief.variance > 0.0).all()

@@ -8,10 +8,9 @@ import pytest
 
 from ods.assess.track.scenarios import make
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
-from ods.tracker.named import Named, keep
-from ods.tracker.observer.horizontal import HorizontalFilter, NewPlaces
+from ods.tracker.named import Named, TrackTables
+from ods.tracker.observer.horizontal import Heights, HorizontalFilter, NewPlaces
 from ods.tracker.observer.kalman.independent import IndependentAxes
-from ods.tracker.observer.sensitivity import Heights
 from ods.tracker.scenario import track_scenario
 from ods.tracker.settings import PLUGINS, MotionSettings, TrackerSettings
 
@@ -40,7 +39,8 @@ def test_the_example_of_an_observer_filters_as_the_closed_form_does(plugins: tup
     )
     rows = np.array([0, 2, 3])
     for each in (plain, ours):
-        each.append(start)
+        TrackTables(each.tables()).extend(n)
+        each.start(start)
     for step in range(40):
         k = len(rows)
         noise = rng.uniform(0.05, 0.5, (2, k))
@@ -60,7 +60,7 @@ def test_the_example_of_an_observer_filters_as_the_closed_form_does(plugins: tup
                 each.set_out(np.array([2]))
                 each.join(np.array([3]), np.array([1]))
             if step == 30:
-                keep(each.tables(), np.array([True, True, True, True, False]))
+                TrackTables(each.tables()).keep(np.array([True, True, True, True, False]))
         np.testing.assert_allclose(ratios[0], ratios[1], rtol=1e-9, atol=1e-9)
         for mine, closed in zip((*plain.state(), *plain.velocity()), (*ours.state(), *ours.velocity()), strict=True):
             np.testing.assert_allclose(mine, closed, rtol=1e-9, atol=1e-12)

@@ -8,11 +8,10 @@ import pytest
 from ods.base.arrays import Floats
 from ods.compiled import native
 from ods.tracker.measurement.model import BEND, CLIMB, HEIGHT, UNSEEN, PositionMeasurement
-from ods.tracker.named import Named
-from ods.tracker.observer.horizontal import NewPlaces
+from ods.tracker.named import Named, TrackTables
+from ods.tracker.observer.horizontal import Heights, NewPlaces
 from ods.tracker.observer.kalman.imm import InteractingModels, Model
 from ods.tracker.observer.motion_hypotheses import CommonState
-from ods.tracker.observer.sensitivity import Heights
 from ods.tracker.settings import MotionSettings
 
 DT, NOISE, SQUARE_VARIANCE = 0.5, 0.02, 400.0
@@ -77,7 +76,8 @@ def test_square_of_the_height_is_learned_as_by_one_large_filter() -> None:
     first, *others = fixes(12)
     reported = measurement(first)
     noise = np.stack([reported.variance_north, reported.variance_east])
-    filters.append(NewPlaces(reported.position[:2], noise, reported.covariance_ne, reported.sensitivity))
+    TrackTables(filters.tables()).extend(1)
+    filters.start(NewPlaces(reported.position[:2], noise, reported.covariance_ne, reported.sensitivity))
     large = LargeFilter(first, 0.0), LargeFilter(first, motion.velocity_sigma**2)
     square, variance, zero = np.zeros((2, 1)), np.full((2, 1), SQUARE_VARIANCE), np.zeros((2, 1))
     for fix in others:
@@ -113,7 +113,8 @@ def test_what_a_climb_does_to_the_estimate_is_the_derivative_by_it() -> None:
         for filters, fix in ((level, reported), (climbing, moved)):
             if k == 0:
                 noise = np.stack([fix.variance_north, fix.variance_east])
-                filters.append(NewPlaces(fix.position[:2], noise, fix.covariance_ne, fix.sensitivity))
+                TrackTables(filters.tables()).extend(1)
+                filters.start(NewPlaces(fix.position[:2], noise, fix.covariance_ne, fix.sensitivity))
                 continue
             filters.predict(DT)
             filters.update(ONE, fix, np.zeros(1), Named(Heights, np.array([zero, zero + NO_HEIGHT, zero, zero, zero])))

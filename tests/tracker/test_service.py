@@ -147,9 +147,10 @@ def test_port_and_starboard_that_are_exchanged_at_rest_are_reported_within_a_sec
         chain.until(lambda message: message.valid and len(message.obstacles) == 4)
     chain.echoes = [(range_m, -bearing) for range_m, bearing in chain.echoes]
     begun_ns = clock.monotonic_ns()
-    message = chain.until(says("of 4 static objects are not seen any more where they were"))
+    message = chain.until(says("of 4 objects are seen elsewhere at once: port and starboard are exchanged"))
     assert message.t_ns - begun_ns < 1.2 * NS
-    chain.until(lambda message: message.valid)
+    chain.until(lambda later: later.t_ns > message.t_ns + 7 * NS)
+    assert not any(later.valid for later in chain.lists if later.t_ns >= message.t_ns)  # while it lasts
 
 
 def test_a_heading_that_drifts_at_rest_is_said_with_its_rate_and_the_list_is_not_valid(chain: Chain) -> None:

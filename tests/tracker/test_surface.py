@@ -19,6 +19,7 @@ from ods.tracker.settings import SurfaceSettings, TrackerSettings
 HALF = np.radians(10.0)
 RUN = np.array([-1.6, 0.4])
 PLACES = np.array([[45.0, -20.0], [60.0, 10.0], [70.0, 25.0], [55.0, -5.0], [80.0, 0.0]])
+MORE = np.vstack([PLACES, [[50.0, 15.0], [75.0, -15.0]]])
 
 
 def seen(places: Floats, velocities: Floats, down: float = 3.0, sigma_down: float = 3.0, at_s: float = 0.0) -> Snapshot:
@@ -66,30 +67,48 @@ def test_objects_that_run_alike_under_the_surface_are_waves_and_others_are_not()
     ],
 )
 def test_what_is_no_field_of_waves(places: Floats, velocities: Floats, depth_m: float, why: str) -> None:
+    assert not WaveFilter(SurfaceSettings()).among(seen(places, velocities), view(depth_m)).any(), why
+
+
+def of_unknown_velocity(count: int, at_s: float = 0.0, seen_s: float | None = None) -> Snapshot:
+    """Two that run, and others that may."""
+    everything = seen(MORE[:count], np.vstack([alike(2), np.zeros((count - 2, 2))]), at_s=at_s)
+    static, sigma, last = everything.static.copy(), everything.sigma_velocity.copy(), everything.last_seen_utc_ns.copy()
+    static[2:], sigma[:, 2:] = 0.7, 0.9
+    last[:] = round((at_s if seen_s is None else seen_s) * NS)
+    return replace(everything, static=static, sigma_velocity=sigma, last_seen_utc_ns=last)
+
+
+def test_until_it_is_known_whether_they_run_alike_those_that_may_are_not_reported() -> None:
+    """In the first seconds a sonar knows the velocities of few waves; a planner is not to receive the others."""
     waves = WaveFilter(SurfaceSettings())
-    waves.among(seen(places, velocities), view(depth_m))
-    reported = waves.among(seen(places, velocities, at_s=1.1), view(depth_m, at_s=1.1))
-    assert not reported.any(), why
 
-
-@pytest.mark.parametrize(("count", "velocity", "held"), [(3, RUN, True), (2, RUN, False), (3, 0.5 * RUN, False)])
-def test_until_it_is_known_whether_more_run_alike_a_few_that_do_are_not_reported(
-    count: int, velocity: Floats, held: bool
-) -> None:
-    """In the first second a sonar knows the velocities of three or four waves; a planner is not to receive of them."""
-    waves, resting = WaveFilter(SurfaceSettings()), np.zeros((1, 2))
-    few = np.vstack([alike(count, velocity), resting])
-
-    def left_out(at_s: float) -> list[bool]:
-        found: list[bool] = waves.among(seen(PLACES[: count + 1], few, at_s=at_s), view(at_s=at_s)).tolist()
+    def left_out(at_s: float, count: int = 5) -> list[bool]:
+        found: list[bool] = waves.among(of_unknown_velocity(count, at_s), view(at_s=at_s)).tolist()
         return found
 
-    assert [left_out(at_s) for at_s in (0.0, 0.9)] == [[held] * count + [False]] * 2
-    assert not any(left_out(1.1)), "three may run alike by chance"
-    assert waves.among(seen(PLACES, alike(5), at_s=1.2), view(at_s=1.2)).all()
-    assert not WaveFilter(SurfaceSettings()).among(seen(0.2 * PLACES[:3], alike(3)), view(depth_m=1.0)).any(), (
-        "too near"
+    assert [left_out(at_s) for at_s in (0.0, 2.9, 3.0)] == [[True] * 5, [True] * 5, [False] * 5]
+    assert not any(WaveFilter(SurfaceSettings()).among(of_unknown_velocity(3), view())), "too few for waves"
+    assert not any(WaveFilter(SurfaceSettings()).among(of_unknown_velocity(7).take(np.arange(2, 7)), view())), (
+        "none runs"
     )
+    assert waves.among(seen(PLACES, alike(5), at_s=3.1), view(at_s=3.1)).all()
+    too_near = replace(of_unknown_velocity(5), position=0.2 * seen(PLACES, alike(5)).position)
+    assert not WaveFilter(SurfaceSettings()).among(too_near, view(depth_m=1.0)).any()
+
+
+def test_what_rests_for_sure_does_not_wait() -> None:
+    everything = of_unknown_velocity(5)
+    everything.static[4], everything.sigma_velocity[:, 4] = 0.91, 0.6
+    assert WaveFilter(SurfaceSettings()).among(everything, view()).tolist() == [True] * 4 + [False]
+
+
+def test_what_is_not_seen_any_more_waits_until_it_is() -> None:
+    """A wave that leaves the fan, before it showed its velocity."""
+    waves = WaveFilter(SurfaceSettings())
+    assert waves.among(of_unknown_velocity(5), view()).all()
+    assert waves.among(of_unknown_velocity(5, 4.0, seen_s=0.0), view(at_s=4.0)).all()
+    assert not waves.among(of_unknown_velocity(5, 4.1), view(at_s=4.1)).any()
 
 
 @pytest.mark.parametrize("down", [1.5, 2.0, 4.0])
@@ -101,6 +120,15 @@ def test_what_is_known_to_hang_lower_than_the_clearance_is_never_a_wave(down: fl
     sure[0][2, 1], sure[1][2, 1] = down, 0.2
     keel = replace(everything, position=sure[0], sigma_position=sure[1])
     assert waves.among(keel, view()).tolist() == [True, False, True, True, True]
+
+
+def test_a_height_says_nothing_where_only_the_sides_of_the_main_lobe_meet_the_surface() -> None:
+    """At 6 m depth the main lobe of 10 degrees meets it from 34 m on, its sides of 20 degrees from 16 m on."""
+    places = np.vstack([PLACES, [[25.0, 0.0], [40.0, 0.0]]])
+    assert WaveFilter(SurfaceSettings()).among(seen(places, alike(7), 6.0, 2.0), view()).tolist() == [False] * 7
+    mixed = seen(places, alike(7))
+    mixed.position[2, 5:], mixed.sigma_position[2, 5:] = 6.0, 2.0
+    assert WaveFilter(SurfaceSettings()).among(mixed, view()).tolist() == [True] * 6 + [False]
 
 
 def test_where_the_fan_is_below_the_surface_nothing_is_a_wave() -> None:
@@ -170,7 +198,6 @@ def test_without_a_pose_or_when_all_is_asked_for_nothing_is_left_out() -> None:
     everything = seen(PLACES, alike(5))
     assert not WaveFilter(SurfaceSettings()).among(everything, None).any()
     assert not WaveFilter(SurfaceSettings(list="all")).among(everything, view()).any()
-    chosen = ReportableFilter(TrackerSettings()).of(everything, None, view())
-    assert (len(chosen.snapshot), chosen.left_out) == (0, 5)
+    assert len(ReportableFilter(TrackerSettings()).of(everything, None, view())) == 0
     none = everything.take(np.zeros(0, np.intp))
-    assert len(ReportableFilter(TrackerSettings()).of(none, None, view()).snapshot) == 0
+    assert len(ReportableFilter(TrackerSettings()).of(none, None, view())) == 0

@@ -11,8 +11,8 @@ from msgspec.structs import replace
 
 from ods.pipeline import chain  # noqa: F401  it registers the stages
 from ods.pipeline.settings import DEFAULT_STAGES, AttentionSettings, PipelineSettings, StageTable
+from ods.pipeline.stage.configured import find_stage
 from ods.pipeline.stage.params import StageError, read_params
-from ods.pipeline.stage.registry import find_stage
 
 DEFAULT = "default"
 """Name of the chain that a configuration without stages gets."""

@@ -114,7 +114,7 @@ def listed(
         tracker.step(received(found, head, lambda t_ns: head_at(scene, t_ns), found.utc_ns).scan)
         spent = chain_ms, 1e3 * (time.perf_counter() - began)
         view = View(found.utc_ns, head, found.sector.half_vertical_rad)
-        listed = hittable.of(tracker.snapshot(), bottom_below(head), view).snapshot
+        listed = hittable.of(tracker.snapshot(), bottom_below(head), view)
         places = listed.position[:2].T.copy()
         valid = bool(lists) and found.t_ns - lists[0].truth.t_ns >= SETTLE_S * clock.NS
         heard_from_db = math.nan if found.heard_from_db is None else found.heard_from_db

@@ -38,6 +38,12 @@ def conjugate(q: Quaternion) -> Quaternion:
     return q[0], -q[1], -q[2], -q[3]
 
 
+def turn_between(a: Quaternion, b: Quaternion) -> float:
+    """Return the angle between two attitudes, about whatever axis, rad."""
+    cosine = abs(sum(p * q for p, q in zip(a, b, strict=True)))
+    return 2.0 * math.acos(min(cosine, 1.0))
+
+
 def rotated(q: Quaternion, v: Vector3) -> Vector3:
     """Return the body vector v in the global frame: v + 2 u x (u x v + w v), u the vector part of q."""
     w, x, y, z = q

@@ -4,11 +4,10 @@ from collections.abc import Callable
 from typing import Any
 
 import msgspec
-import numpy as np
 
 from ods.base.frames import quaternion
 from ods.bridge.extrapolated_list import ExtrapolatedList
-from ods.messages import ObstacleList, PoseAt
+from ods.messages import ObstacleList, Pose, PoseAt
 from ods.ros2 import enu
 from ods.ros2.markers import markers
 from ods.ros2.messages import ERROR, OK, STALE, WARN, Messages
@@ -35,27 +34,15 @@ def heeded(obstacle_list: ObstacleList) -> ObstacleList:
 
 
 def odometry(make: Messages, stamp_ns: int, obstacle_list: ObstacleList) -> Any:
-    """Return the vehicle's pose and velocity. Turn rates are not known: 0, with the variance of an unknown one."""
+    """Return the vehicle's pose and velocity."""
     pose = obstacle_list.pose
     assert pose is not None
-    spread, speeds = np.zeros((6, 6)), np.zeros((6, 6))
-    spread[:3, :3] = np.reshape(enu.covariance(pose.sigma_position), (3, 3))
-    spread[3:, 3:] = np.diag(np.square(pose.sigma_attitude))
-    speeds[3:, 3:] = np.diag([UNKNOWN] * 3)
-    ahead = enu.flu(quaternion.rotated(quaternion.conjugate(pose.attitude), pose.velocity_ned))
-    place = make.place(enu.enu(pose.position_ned), enu.attitude(pose.attitude))
-    speed = make.new("geometry_msgs/msg/Twist", make.vector(ahead), make.vector((0.0, 0.0, 0.0)))
-    return make.new(
-        "nav_msgs/msg/Odometry",
-        make.header(stamp_ns, make.frames.map),
-        make.frames.vehicle,
-        make.new("geometry_msgs/msg/PoseWithCovariance", place, spread.ravel()),
-        make.new("geometry_msgs/msg/TwistWithCovariance", speed, speeds.ravel()),
-    )
-
-
-UNKNOWN = 1e6
-"""Variance, (rad/s)^2."""
+    velocity_body = quaternion.rotated(quaternion.conjugate(pose.attitude), pose.velocity_ned)
+    vehicle = Pose(
+        obstacle_list.seq, obstacle_list.t_ns, stamp_ns, pose.position_ned, pose.attitude, velocity_body,
+        pose.sigma_position, pose.sigma_attitude,
+    )  # fmt: skip
+    return make.odometry(stamp_ns, vehicle)
 
 
 def transforms(make: Messages, stamp_ns: int, obstacle_list: ObstacleList) -> Any:

@@ -32,8 +32,7 @@ def run(args: Namespace) -> None:
         count = len(one.load())
         result = merge(one.load(), others, one.first_free_id(), spread)
     with new_file(args.out) as part, opened(open_map(part, *origin)) as store:
-        store.change(result.objects, [])
-        store.reserve(result.next_id)
+        store.change(result.objects, [], result.next_id)
     for own, other in result.pairs:
         print(f"{own} is {other} of {args.second}")
     same = f"{len(result.pairs)} of them the same"

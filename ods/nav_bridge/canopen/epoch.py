@@ -4,9 +4,9 @@ from collections import Counter
 from dataclasses import dataclass
 
 from ods.nav_bridge.can.frame import Frame
-from ods.nav_bridge.canopen.duplicate_node import DuplicateNode
 from ods.nav_bridge.canopen.object_map import SEQUENCE_FIELD
 from ods.nav_bridge.canopen.pdo_layout import PdoLayout, PdoSet
+from ods.nav_bridge.canopen.recent import DuplicateNode
 
 TIMEOUT_NS = 100_000_000
 """An epoch that is not complete after this time never will be; the sequence number may have wrapped since."""

@@ -6,7 +6,7 @@ from canopen.emcy import EmcyError
 
 from ods.base.clock import NS
 from ods.nav_bridge.can.frame import EMCY_FRAME, Frame
-from ods.nav_bridge.canopen.duplicate_node import DuplicateNode
+from ods.nav_bridge.canopen.recent import DuplicateNode
 
 BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0, 4, 5, 127
 STATES = {BOOT_UP: "starting", STOPPED: "stopped", OPERATIONAL: "operational", PRE_OPERATIONAL: "pre-operational"}

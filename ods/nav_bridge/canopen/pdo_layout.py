@@ -94,6 +94,8 @@ class PdoSet:
     """In the order of sending."""
     sequence_modulus: int | None
     """The sequence number, carried by the first PDO, runs from 0 to this, exclusive. None: there is none."""
+    status_bits: int
+    """Of the status; 0: there is none."""
 
     @property
     def fields(self) -> frozenset[str]:
@@ -117,7 +119,7 @@ def load_pdo_set(eds: Path, node_id: int, objects: Mapping[Where, MappedObject])
     carried: set[Where] = set()
     try:
         layouts = tuple(_layouts(dictionary, objects, carried))
-        modulus = _sequence_modulus(dictionary, objects)
+        sequence_bits, status_bits = (_bits(dictionary, objects, name) for name in (SEQUENCE_FIELD, STATUS_FIELD))
     except ValueError as error:
         raise EdsError(f"{eds}: {error}") from error
     missing = [
@@ -129,9 +131,9 @@ def load_pdo_set(eds: Path, node_id: int, objects: Mapping[Where, MappedObject])
         raise EdsError(f"{eds}: no transmit PDO carries {', '.join(missing) or 'a pose field'}")
     if len({layout.cob_id for layout in layouts}) < len(layouts):
         raise EdsError(f"{eds}: two transmit PDOs have the same COB-ID")
-    if modulus is not None and SEQUENCE_FIELD not in layouts[0].fields:
+    if sequence_bits and SEQUENCE_FIELD not in layouts[0].fields:
         raise EdsError(f"{eds}: the first PDO of the set, 0x{layouts[0].cob_id:X}, must carry the sequence number")
-    return PdoSet(layouts, modulus)
+    return PdoSet(layouts, 1 << sequence_bits if sequence_bits else None, status_bits)
 
 
 def _layouts(
@@ -212,9 +214,10 @@ def _entry(variable: ODVariable | None, mapped: MappedObject, bits: int) -> _Ent
     return _Entry(code, (mapped.field,), (1,))
 
 
-def _sequence_modulus(dictionary: ObjectDictionary, objects: Mapping[Where, MappedObject]) -> int | None:
-    variables = [dictionary.get_variable(*where) for where, mapped in objects.items() if mapped.field == SEQUENCE_FIELD]
+def _bits(dictionary: ObjectDictionary, objects: Mapping[Where, MappedObject], field: str) -> int:
+    """Return the width of what carries a field, 0 where nothing does. Raises ValueError."""
+    variables = [dictionary.get_variable(*where) for where, mapped in objects.items() if mapped.field == field]
     widths = {len(variable) for variable in variables if variable is not None}
     if len(widths) > 1:
-        raise ValueError("the objects that carry the sequence number have different types")
-    return 1 << widths.pop() if widths else None
+        raise ValueError(f"the objects that carry the {field} have different types")
+    return widths.pop() if widths else 0

@@ -10,15 +10,14 @@ from ods.nav_bridge.can.source import CanSource
 from ods.nav_bridge.canopen.eds import EdsError
 from ods.nav_bridge.canopen.epoch import Epoch, EpochAssembler
 from ods.nav_bridge.canopen.ins_monitor import BOOT_UP, PRE_OPERATIONAL, InsMonitor
-from ods.nav_bridge.canopen.network_time import NetworkTime
 from ods.nav_bridge.canopen.node.own_errors import Fault
 from ods.nav_bridge.canopen.node.own_node import OwnNode
 from ods.nav_bridge.canopen.object_map import object_map
 from ods.nav_bridge.canopen.pdo_layout import load_pdo_set
 from ods.nav_bridge.canopen.pose import CanopenPose
-from ods.nav_bridge.canopen.recent_event import RecentEvent
+from ods.nav_bridge.canopen.recent import RecentEvent
 from ods.nav_bridge.pose_fields import PoseMaker
-from ods.nav_bridge.settings import CanopenSettings, NavSettings
+from ods.nav_bridge.settings import STATUS_BITS, CanopenSettings, NavSettings
 from ods.nav_bridge.source import SourceHost
 
 SYNC_AGE_NS = 20_000_000
@@ -43,22 +42,27 @@ class CanopenSource(CanSource):
         except OdsError as error:
             raise EdsError(f"{settings.ins_eds}: with nav.canopen.objects: {error}") from error
         self._node = OwnNode(nav, settings, host.send, self.monitor, counters)
-        self._time = NetworkTime(counters)
         self._layouts = {layout.cob_id: layout for layout in pdo_set.layouts}
         self._assembler = EpochAssembler(pdo_set, round(settings.epoch_window_s * NS), counters)
         self._maker = maker
-        self._pose = CanopenPose(maker, settings.status_bits, nav.clock_jump_s, counters)
+        bits = STATUS_BITS if settings.status_bits is None else settings.status_bits
+        for part, bit in bits.items():
+            if settings.status_bits and bit >= pdo_set.status_bits:
+                key = f"nav.canopen.status_bits.{part}"
+                raise EdsError(
+                    f"{settings.ins_eds}: {key}: no bit {bit}: the status has {pdo_set.status_bits} bits"
+                )
+        self._pose = CanopenPose(maker, bits, nav.clock_jump_s, host.utc, counters)
         self._handlers: dict[int, Callable[[Frame], object]] = {
             **dict.fromkeys(self._node.ids, self._node.take),
             SYNC: self.monitor.sync,
-            TIME: self._time.take_frame,
+            TIME: self._pose.take_time,
             EMCY + settings.ins_node_id: self.monitor.emergency,
             HEARTBEAT + settings.ins_node_id: self.monitor.heartbeat,
         }
         taken = sorted(self._layouts.keys() & self._handlers.keys())
         if taken:
             raise EdsError(f"{settings.ins_eds}: a PDO has COB-ID 0x{taken[0]:X}, which another CANopen service needs")
-        self._utc = host.utc
         self._commanded_ns = host.now_ns - START_PERIOD_NS
         self._pdo_short, self._recovered = RecentEvent("pdo_short", counters), RecentEvent("can_recovered", counters)
         self._opened = self._reopened = False
@@ -126,7 +130,6 @@ class CanopenSource(CanSource):
         if self._assembler.duplicate.now(epoch.t_ns):
             self._counters["epoch_contested"] += 1
             return None
-        self._utc.take(self._time.ahead_ns if self._pose.knows_time(epoch) else None)
         pose = self._pose.decode(epoch, self._sampled_ns(epoch))
         self._reopened = self._reopened and pose is None
         return pose

@@ -10,16 +10,24 @@ Nothing but stamps depends on it: the chain itself goes by CLOCK_MONOTONIC.
 """
 
 import logging
+from collections import Counter
 from collections.abc import Callable
 from typing import NamedTuple
 
 from ods.base.clock import NS
+from ods.base.clock_sync import OffsetEstimator
 from ods.messages import UtcSource
 
 log = logging.getLogger(__name__)
 
 AGREEMENT_NS = NS
 """Largest difference of clocks that count as the same, ns."""
+LATE_NS = NS // 2
+EARLIEST_NS, LATEST_NS = 1_577_836_800 * NS, 4_102_444_800 * NS
+"""UTC from 2020 until 2100: before lie GPS weeks that rolled over, clocks without a fix, and two-digit years; no
+message carries a time after 2116."""
+WINDOW = 16
+"""Number of messages from which the offset is taken."""
 
 
 class WallClock(NamedTuple):
@@ -29,6 +37,36 @@ class WallClock(NamedTuple):
     """Of CLOCK_MONOTONIC."""
     synchronized: bool
     """By NTP, PTP or the like, by the kernel's flag."""
+
+
+class ReportedUtc:
+    """UTC as the navigation system or its network reports it; the instants of poses do not depend on it.
+
+    Counts `time`, `time_bad` (of a year that cannot be), `time_wild` (late, or else off by more than half a second)
+    and `time_jumps` (four such in a row that agree).
+    """
+
+    def __init__(self, counters: Counter[str]) -> None:
+        self._counters = counters
+        self._offset = OffsetEstimator(WINDOW, LATE_NS)
+        self._newest: tuple[int, int] | None = None
+
+    def take(self, utc_ns: int, arrival_ns: int) -> None:
+        """Take UTC, ns since 1970, of a message of `arrival_ns`."""
+        if not EARLIEST_NS <= utc_ns < LATEST_NS:
+            self._counters["time_bad"] += 1
+            return
+        wild, jumps = self._offset.wild, self._offset.jumps
+        t_ns = self._offset.map(utc_ns, arrival_ns)
+        if self._offset.wild == wild or self._offset.jumps > jumps:  # one message off is a late one, not a new time
+            self._newest = t_ns, utc_ns
+        self._counters["time"] += 1
+        self._counters["time_wild"], self._counters["time_jumps"] = self._offset.wild, self._offset.jumps
+
+    @property
+    def ahead_ns(self) -> int | None:
+        """How far the reported UTC is ahead of CLOCK_MONOTONIC, ns; None before the first report."""
+        return None if self._newest is None else self._newest[1] - self._newest[0]
 
 
 class Utc:

@@ -7,18 +7,40 @@ waits for the next reading of the device's clock, which says whether instants we
 ends and the next begins is recognized by silence on the bus: an epoch with a silence in it does not count.
 """
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterator
 from dataclasses import dataclass
+from statistics import median
 
 from ods.nav_bridge.clocks.ins_clock import InsClock
-from ods.nav_bridge.dbc.burst import CLEARLY_LONGER, LEAST_SILENCE_NS
-from ods.nav_bridge.dbc.epoch_order import EpochOrder
-from ods.nav_bridge.dbc.period import Period
+from ods.nav_bridge.dbc.epoch_order import CLEARLY_LONGER, LEAST_SILENCE_NS, EpochOrder
 from ods.nav_bridge.dbc.signal_map import Clock, DbcMap, DbcMessage
 
 SKIPPED = 1.5
 """Steps between instants: an epoch later than the one before by more than this has missed one."""
+STEPS = 9
+"""Steps that are remembered: a busy computer, or device, makes single ones shorter and longer."""
+
+
+class Period:
+    """How often a device sends: the median of the newest steps between complete epochs."""
+
+    def __init__(self) -> None:
+        self._last_ns: int | None = None
+        self._steps_ns: deque[int] = deque(maxlen=STEPS)
+
+    def add(self, instant_ns: int) -> int:
+        """Take the instant of a complete epoch, CLOCK_MONOTONIC; return the step to it, ns, 0 for the first."""
+        last_ns, self._last_ns = self._last_ns, instant_ns
+        if last_ns is None:
+            return 0
+        self._steps_ns.append(instant_ns - last_ns)
+        return instant_ns - last_ns
+
+    @property
+    def ns(self) -> int:
+        """The period, ns, 0 while it is not known."""
+        return round(median(self._steps_ns)) if self._steps_ns else 0
 
 
 @dataclass(frozen=True)
@@ -36,15 +58,15 @@ class DbcEpochAssembler:
     Counts `frame_unplaced` (while the order of messages is not known), `frame_stray` (out of order, repeated, without
     opener), `epoch_torn` (given up incomplete), `epoch_parted` (a silence in it, none before it), `epoch_unproven`
     (complete, but not the one before), `epoch_late` (complete after the window, and not proven by the next),
-    `ins_clock_jumps` and `ins_clock_wild`, which are those of `OffsetEstimator`.
+    and what `InsClock` does.
     """
 
-    def __init__(self, dbc: DbcMap, window_ns: int, jump_ns: int, counters: Counter[str]) -> None:
+    def __init__(self, dbc: DbcMap, window_ns: int, clock: InsClock | None, counters: Counter[str]) -> None:
         self.period = Period()
         self._labels = {message.can_id: message.label for message in dbc.epoch}
         self._order = EpochOrder(dbc.epoch, dbc.order_specified)
         self._window_ns = window_ns
-        self._clock = InsClock(jump_ns, dbc.clock.wraps_at, dbc.clock.tick_ns) if dbc.clock else None
+        self._clock = clock
         self._counters = counters
         self._breaks_at = ""
         """Message that was expected when the newest epoch was given up."""
@@ -68,11 +90,6 @@ class DbcEpochAssembler:
         if proven and complete:  # one at a time: the newer one waits for the next reading
             self._held = complete
         return proven or complete
-
-    @property
-    def late_ns(self) -> int:
-        """How late the newest reading of the clock was, 0 without one."""
-        return self._clock.late_ns if self._clock else 0
 
     def objections(self) -> Iterator[str]:
         """Yield why epochs do not become poses though all their messages come."""
@@ -106,8 +123,6 @@ class DbcEpochAssembler:
         """Set the epoch's instant; return the epoch held back if no instant is missing between it and this one."""
         assert self._clock is not None
         self._instant_ns = self._clock.instant(counts[clock.signal], self._instant_ns)  # by the arrival of the first
-        self._counters["ins_clock_jumps"] = self._clock.estimator.jumps
-        self._counters["ins_clock_wild"] = self._clock.estimator.wild
         held, self._held = self._held, None
         if held is None or not self._skips(self._instant_ns - held.t_ns, self._step_ns):
             return held

@@ -24,7 +24,8 @@ _RANGE = re.compile(r"(?<!\d)(\d++)\s*+-\s*+(\d++)")
 
 _QUOTED = r'(?:"[^"]*+"|[^;"]){0,20000}+;'
 """The rest of a statement."""
-_COMMENT = re.compile(rf"^[ \t]*+CM_\s{_QUOTED}", re.MULTILINE)
+_COMMENT = re.compile(rf'^[ \t]*+CM_\s++(?:\w++\s++){{0,3}}+(?="){_QUOTED}', re.MULTILINE)
+"""Of the file, of an object of one or two names, or none: not the word in the list NS_ of the format's symbols."""
 _MESSAGE = re.compile(
     r"^[ \t]*+BO_[ \t]++(\d{1,12})[ \t]++(\w++)[ \t]*+:.*+(?:(?:[ \t\r]*+\n)++[ \t]*+SG_[ \t].*+)*+", re.MULTILINE
 )

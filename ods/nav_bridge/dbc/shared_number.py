@@ -4,8 +4,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from ods.nav_bridge.clocks.ins_clock import InsClock
-from ods.nav_bridge.dbc.epoch import DbcEpoch
-from ods.nav_bridge.dbc.period import Period
+from ods.nav_bridge.dbc.epoch import DbcEpoch, Period
 from ods.nav_bridge.dbc.signal_map import DbcMap, DbcMessage
 
 
@@ -13,14 +12,14 @@ class SharedNumberAssembler:
     """Puts epochs together from messages with the same number, in whatever order they come.
 
     A number comes again when its counter has gone round, so an epoch counts only when it is complete `window_ns` after
-    its instant. Counts `epoch_torn`, `frame_stray` (repeated), `epoch_late`, `ins_clock_jumps`, `ins_clock_wild`.
+    its instant. Counts `epoch_torn`, `frame_stray` (repeated), `epoch_late`, and what `InsClock` does.
     """
 
-    def __init__(self, dbc: DbcMap, window_ns: int, jump_ns: int, counters: Counter[str]) -> None:
+    def __init__(self, dbc: DbcMap, window_ns: int, clock: InsClock | None, counters: Counter[str]) -> None:
         self.period = Period()
         self._labels = {message.can_id: message.label for message in dbc.epoch}
         self._window_ns = window_ns
-        self._clock = InsClock(jump_ns, dbc.clock.wraps_at, dbc.clock.tick_ns) if dbc.clock else None
+        self._clock = clock
         self._counters = counters
         self._number: float | None = None
         self._missing = set(self._labels)
@@ -42,14 +41,7 @@ class SharedNumberAssembler:
         if message.clock is not None:
             assert self._clock is not None
             self._instant_ns = self._clock.instant(counts[message.clock.signal], self._first_ns)
-            self._counters["ins_clock_jumps"] = self._clock.estimator.jumps
-            self._counters["ins_clock_wild"] = self._clock.estimator.wild
         return None if self._missing else self._finish(t_ns)
-
-    @property
-    def late_ns(self) -> int:
-        """How late the newest reading of the clock was, 0 without one."""
-        return self._clock.late_ns if self._clock else 0
 
     def objections(self) -> Iterator[str]:
         """Yield why epochs do not become poses though all their messages come."""

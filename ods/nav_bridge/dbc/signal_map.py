@@ -310,8 +310,10 @@ class _Resolver:
         try:
             return conversion(unit if unit is not None else signal.unit or "", wanted)
         except ValueError as error:
+            if unit is not None:
+                raise self._error(f"{key}.unit", str(error)) from error
             advice = "give unit" if wanted == "s" else "give unit or factor"
-            raise self._error(key, f"{error}; {advice}") from error
+            raise self._error(key, f"the DBC's unit {error}; {advice}") from error
 
     def _error(self, key: str, text: str) -> DbcError:
         return DbcError(f"{self._file}: {key}: {text}")

@@ -1,12 +1,14 @@
 """A navigation system whose frames a DBC file describes. It is only listened to."""
 
 from collections.abc import Iterator
+from itertools import combinations
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import EXTENDED_MASK, CanId, Frame
 from ods.nav_bridge.can.source import CanSource
+from ods.nav_bridge.clocks.ins_clock import InsClock
 from ods.nav_bridge.dbc.epoch import DbcEpochAssembler
 from ods.nav_bridge.dbc.file import DbcError
 from ods.nav_bridge.dbc.shared_number import SharedNumberAssembler
@@ -41,8 +43,10 @@ class DbcSource(CanSource):
             self._maker = PoseMaker(settings.signals, host.frame, nav.limits, nav.sigma, host.utc, counters)
         except OdsError as error:
             raise DbcError(f"{settings.file}: nav.dbc.signals: {error}") from error
+        clock, jump_ns = self._map.clock, round(nav.clock_jump_s * NS)
+        self._clock = InsClock(jump_ns, counters, clock.wraps_at, clock.tick_ns) if clock else None
         kind = SharedNumberAssembler if self._map.shares_number else DbcEpochAssembler
-        self._assembler = kind(self._map, self._window_ns, round(nav.clock_jump_s * NS), counters)
+        self._assembler = kind(self._map, self._window_ns, self._clock, counters)
         self._slots = {
             can_id: _slot(message, message.hold)
             for can_id, message in self._map.messages.items()
@@ -67,10 +71,19 @@ class DbcSource(CanSource):
         """Return the mapped messages by name."""
         return {str(can_id): message.layout.name for can_id, message in self._map.messages.items()}
 
+    def objections(self) -> list[str]:
+        """Return a text for each signal that is two parts of a pose, as after a line was copied."""
+        return [
+            f"nav.dbc.signals.{other.field}: is {message.layout.name}.{one.signal}, as {one.field} is"
+            for message in self._map.messages.values()
+            for one, other in combinations(message.readings, 2)
+            if one.signal == other.signal and one.field != other.field and not _is_sigma(one.field, other.field)
+        ]
+
     @property
     def late_ns(self) -> int:
         """How late the newest epoch was, 0 without a clock."""
-        return self._assembler.late_ns
+        return self._clock.late_ns if self._clock else 0
 
     def name_of(self, item: Frame) -> str:
         """Return the frame's identifier, or that of its group."""
@@ -199,3 +212,8 @@ class DbcSource(CanSource):
 def _slot(message: DbcMessage, settings: HeldSettings) -> HeldSlot:
     name = message.layout.name
     return HeldSlot(message.label, f"nav.dbc.held.{name}", settings, {item.field for item in message.readings})
+
+
+def _is_sigma(*fields: str) -> bool:
+    """Return whether all are standard deviations, of which several may be one signal."""
+    return all(field.startswith("sigma_") for field in fields)

@@ -2,6 +2,8 @@
 
 import math
 
+from ods.base.choices import meant
+
 MEASURES: dict[str, dict[str, float]] = {
     "length": {"m": 1.0, "meter": 1.0, "metre": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "ft": 0.3048},
     "angle": {
@@ -15,17 +17,18 @@ MEASURES: dict[str, dict[str, float]] = {
     "time": {
         "s": 1.0, "sec": 1.0, "second": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "usec": 1e-6, "ns": 1e-9,
     },
-    "number": {"": 1.0, "-": 1.0, "1": 1.0},
+    "a plain number": {"": 1.0, "-": 1.0, "1": 1.0},
 }  # fmt: skip
 """Unit texts, as `_plain` has them, by what they measure: each in SI units."""
 
 
 def conversion(unit: str, wanted: str) -> float:
     """Return how many `wanted` one `unit` is. Raises ValueError when they do not measure the same."""
-    for units in MEASURES.values():
-        if wanted in units and _plain(unit) in units:
-            return units[_plain(unit)] / units[wanted]
-    raise ValueError(f"the DBC's unit {unit!r} is not known as one of {wanted or 'a plain number'}")
+    measure, units = next((measure, units) for measure, units in MEASURES.items() if wanted in units)
+    if _plain(unit) not in units:
+        example = f", such as {wanted}" if wanted else ""
+        raise ValueError(f"{unit!r} is not a known unit of {measure}{example}{meant(unit, units)}")
+    return units[_plain(unit)] / units[wanted]
 
 
 def _plain(text: str) -> str:

@@ -8,7 +8,7 @@ from ods.base.clock import DAY_MS, MS, NS
 from ods.base.errors import OdsError
 from ods.messages import Pose
 from ods.nav_bridge.clocks.ins_clock import InsClock
-from ods.nav_bridge.clocks.reported_utc import ReportedUtc
+from ods.nav_bridge.clocks.utc import ReportedUtc
 from ods.nav_bridge.held import HeldSlot, HeldValues
 from ods.nav_bridge.nmea import sentence
 from ods.nav_bridge.nmea.line import Line
@@ -45,8 +45,8 @@ class NmeaSource(PoseSource[Line]):
     The clock of the sentence with roll and pitch, where it has one, is mapped as any INS's; others with a time
     are placed by it, those that do not by their arrival. Counts `nmea_sentences`, `nmea_other` (of no use),
     `nmea_damaged` (checksum, or no sentence), `nmea_no_checksum`, `nmea_not_valid` (by its own word), `nmea_no_fix`
-    (used, by `nav.nmea.accept`), `epoch_aged`, `epoch_untimed`,
-    `ins_clock_jumps`, `ins_clock_wild`, `nmea_talkers`, and what `ReportedUtc` and `PoseMaker` do.
+    (used, by `nav.nmea.accept`), `epoch_aged`, `epoch_untimed`, `nmea_talkers`, and what `InsClock`, `ReportedUtc` and
+    `PoseMaker` do.
     """
 
     kind = "NMEA"
@@ -72,7 +72,7 @@ class NmeaSource(PoseSource[Line]):
             self._maker = PoseMaker(names, host.frame, nav.limits, nav.sigma, host.utc, host.counters)
         except OdsError as error:
             raise OdsError(f"nav.nmea: {error}") from error
-        self._clock = InsClock(round(nav.clock_jump_s * NS))
+        self._clock = InsClock(round(nav.clock_jump_s * NS), host.counters)
         self._newest: tuple[float, int] | None = None
         self._reported_utc = ReportedUtc(host.counters)
         self._talker_times: dict[str, dict[str, int]] = {}
@@ -208,8 +208,6 @@ class NmeaSource(PoseSource[Line]):
             self._counters["epoch_untimed"] += 1
             return t_ns
         instant_ns = self._clock.instant(read.day_ms, t_ns)
-        self._counters["ins_clock_jumps"] = self._clock.estimator.jumps
-        self._counters["ins_clock_wild"] = self._clock.estimator.wild
         self._newest = read.day_ms, instant_ns
         return instant_ns
 

@@ -12,7 +12,7 @@ from ods.pipeline.detect.background.noise import background_and_noise
 from ods.pipeline.detect.background.rise import Rise
 from ods.pipeline.detect.background.tail import TailQuantile
 from ods.pipeline.detect.regions.grouping import DetectionLevels, Grouping
-from ods.pipeline.fronts.windows import can_be_judged
+from ods.pipeline.fronts.judge import can_be_judged
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.regions import Regions
 from ods.pipeline.image.samples.recorded import Recorded

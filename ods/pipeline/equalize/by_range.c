@@ -5,7 +5,6 @@
 #include "ods/pipeline/filter/rows/lanes.h"
 #include "ods/pipeline/image/gained_image.h"
 
-
 #define COUNTS_OF(COUNT, b) ((const COUNT *)(image.cells.data + (b) * image.cells.row_bytes) + image.first)
 
 /* Of counts of one type, the body of measure_counts; ROWS at a time, the last ones one by one. */

@@ -1,7 +1,5 @@
 """Equalization by place: the mean around each place is brought to 1."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ods.base.arrays import Floats32, Ints
@@ -25,28 +23,14 @@ def local(params: LocalParams, fan: Fan) -> GainStep:
     beam_edges = np.linspace(0, beams, min(params.beam_blocks, beams) + 1).astype(np.int64)
     range_edges = np.linspace(0, samples, min(params.range_blocks, samples) + 1).astype(np.int64)
     above, share_of_beam = _between(beam_edges)
-    blocks = Blocks(beam_edges[:-1], range_edges[:-1], *_between(range_edges), params.guard)
+    before, share_of_column = _between(range_edges)
     rows = np.empty((beam_edges.size - 1, samples), np.float32)
 
     def step(image: GainedImage) -> GainedImage:
-        native.local_gain(image, blocks, rows)
+        native.local_gain(image, beam_edges[:-1], range_edges[:-1], before, share_of_column, params.guard, rows)
         return image._replace(gain=rows, above=above, share=share_of_beam, plain=False)
 
     return step
-
-
-class Blocks(NamedTuple):
-    """How the fan is parted."""
-
-    first_beam: Ints
-    """(beam blocks,) of each block."""
-    first_column: Ints
-    """(range blocks,) of each block."""
-    before: Ints
-    """(samples,) the last block whose middle is not behind the column,"""
-    share: Floats32
-    """(samples,) and how far the column is on the way to the next one's."""
-    guard: float
 
 
 def _between(edges: Ints) -> tuple[Ints, Floats32]:

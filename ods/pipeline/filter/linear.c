@@ -2,7 +2,7 @@
 
    The image is mirrored at the range ends and at the fan's edges. Echoes keep their place. */
 
-#include "ods/pipeline/filter/rows/linear.h"
+#include "ods/pipeline/filter/rows/ring.h"
 #include "ods/pipeline/image/gained_image.h"
 
 /* Fills target (samples,) with a mirrored row convolved: padded (samples + 2 half,), weights (half + 1,). */

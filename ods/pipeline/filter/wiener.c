@@ -1,7 +1,7 @@
 /* Lim's adaptive filter (`wiener` of wiener.py): means and variances first, then, since the noise is the mean of all
    variances, the filtered samples. */
 
-#include "ods/pipeline/filter/rows/linear.h"
+#include "ods/pipeline/filter/rows/ring.h"
 #include "ods/pipeline/image/gained_image.h"
 
 /* Fills mean and square (samples,) with the means over the range of a mirrored row and of its squares. */

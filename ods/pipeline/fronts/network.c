@@ -33,6 +33,9 @@ typedef struct {
 /* Places that the first of them weighs together. */
 #define PLACES 4
 
+/* Outputs of a layer that are weighed together: each but the last layer has a multiple of so many. */
+#define OUTPUT_BLOCK (2 * LANES)
+
 /* `Network` of network.py. */
 typedef struct {
     Convolution convolutions[CONVOLUTIONS];
@@ -105,12 +108,8 @@ static void note(Made *made)
     for (int64_t cell = 0; cell < cells; cell++) {
         const int32_t end = place + (int32_t)made->channels;
         made->begins[cell] = count;
-        for (; place + 8 <= end; place += 8)
+        for (; place < end; place += 8)
             count += add_places(marks + place, made->lists, place, made->active + count);
-        for (; place < end; place++) {
-            made->active[count] = place;
-            count += marks[place];
-        }
     }
     made->begins[cells] = count;
 }
@@ -160,16 +159,10 @@ static inline __attribute__((always_inline)) void weigh_lanes(const float *value
 static void weigh(const float *values, const Part *parts, int64_t count, Dense layer, float *out)
 {
     int64_t first = 0;
-    for (; first + 4 * LANES <= layer.outputs; first += 4 * LANES)
+    for (; first + 2 * OUTPUT_BLOCK <= layer.outputs; first += 2 * OUTPUT_BLOCK)
         weigh_lanes(values, parts, count, layer, first, 4, out);
-    for (; first + 2 * LANES <= layer.outputs; first += 2 * LANES)
+    if (first < layer.outputs)
         weigh_lanes(values, parts, count, layer, first, 2, out);
-    for (; first < layer.outputs; first++) {
-        out[first] = layer.bias[first];
-        for (const Part *part = parts; part < parts + count; part++)
-            for (const int32_t *place = part->begin; place < part->end; place++)
-                out[first] += values[*place] * layer.weights[(*place + part->row) * layer.outputs + first];
-    }
 }
 
 /* The levels of a window, of which none is 0, with the zeros around them that the first layer sees. */
@@ -210,19 +203,6 @@ static void weigh_levels(const float *levels, int64_t width, const Convolution *
     }
 }
 
-/* Fills one output of PLACES places likewise. */
-static void weigh_levels_once(const float *levels, int64_t width, const Convolution *layer, int64_t output, float *out)
-{
-    const int64_t outputs = layer->dense.outputs;
-    for (int k = 0; k < PLACES; k++, levels += layer->step_cells) {
-        float sum = layer->dense.bias[output];
-        for (int64_t b = 0; b < layer->beams; b++)
-            for (int64_t c = 0; c < layer->cells; c++)
-                sum += levels[b * width + c] * layer->dense.weights[(b * layer->cells + c) * outputs + output];
-        out[k * outputs + output] = sum;
-    }
-}
-
 /* Fills out, which has room for PLACES more, with what the first convolution makes of a window. */
 static void convolve_window(Window window, const Convolution *layer, Made *out)
 {
@@ -230,11 +210,8 @@ static void convolve_window(Window window, const Convolution *layer, Made *out)
         for (int64_t c = 0; c < out->cells; c += PLACES) {
             const float *levels = window.levels + b * layer->step_beams * window.width + c * layer->step_cells;
             float *values = out->values + (b * out->cells + c) * out->channels;
-            int64_t first = 0;
-            for (; first + 2 * LANES <= out->channels; first += 2 * LANES)
+            for (int64_t first = 0; first < out->channels; first += OUTPUT_BLOCK)
                 weigh_levels(levels, window.width, layer, first, values);
-            for (; first < out->channels; first++)
-                weigh_levels_once(levels, window.width, layer, first, values);
         }
     }
     note(out);
@@ -291,7 +268,7 @@ static bool prepare(const Network *network, int64_t beams, int64_t cells, Made *
     list_bits(lists);
     for (int k = 0; k < CONVOLUTIONS; k++) {
         const Convolution layer = network->convolutions[k];
-        if (layer.dense.inputs != layer.beams * layer.cells * channels)
+        if (layer.dense.inputs != layer.beams * layer.cells * channels || layer.dense.outputs % OUTPUT_BLOCK != 0)
             return false;
         beams = places_of(beams, layer.beams, layer.step_beams);
         cells = places_of(cells, layer.cells, layer.step_cells);
@@ -299,7 +276,8 @@ static bool prepare(const Network *network, int64_t beams, int64_t cells, Made *
         made[k] = new_made(beams, cells, channels, lists);
     }
     made[CONVOLUTIONS] = new_made(1, 1, network->hidden.outputs, lists);
-    return network->hidden.inputs == beams * cells * channels && network->last.inputs == network->hidden.outputs;
+    return network->hidden.inputs == beams * cells * channels && network->hidden.outputs % OUTPUT_BLOCK == 0
+           && network->last.inputs == network->hidden.outputs;
 }
 
 /* Returns the score of a window. made: as `prepare` makes it. */

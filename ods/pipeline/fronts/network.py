@@ -42,7 +42,7 @@ class Convolution(NamedTuple):
 
 
 class Network(NamedTuple):
-    """The layers. What is below 0 behind any but the last counts as 0."""
+    """The layers. What is below 0 behind any but the last counts as 0; each of those has a multiple of 16 outputs."""
 
     convolutions: tuple[Convolution, ...]
     hidden: Dense
@@ -51,7 +51,7 @@ class Network(NamedTuple):
     def scores(self, windows: Floats32) -> Floats32:
         """Return the logarithm of the odds of a body's front against the bed's, where both are as frequent: (n,).
 
-        windows: (n, BEAMS, CELLS) float32 levels, dB, of `ods.pipeline.fronts.windows`.
+        windows: (n, BEAMS, CELLS) float32 levels, dB, of `ods.pipeline.fronts.judge`.
         """
         scores = np.empty(len(windows), np.float32)
         native.score_fronts(windows, DB, self, scores)

@@ -1,4 +1,4 @@
-/* The geometry of an image of one plane of beams: `FanTable` of fan.py. */
+/* The geometry of an image of one plane of beams: `Fan.table` of fan.py. */
 
 #ifndef ODS_FAN_H
 #define ODS_FAN_H

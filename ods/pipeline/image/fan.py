@@ -2,22 +2,10 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats
-
-
-class FanTable(NamedTuple):
-    """The geometry of an image as kernels get it; the fields of a `Fan`."""
-
-    bearing_rad: Floats
-    borders_rad: Floats
-    beam_width_rad: Floats
-    range0_m: float
-    dr_m: float
-    elevation_rad: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,11 +46,9 @@ class Fan:
         return beam_borders(self.bearing_rad, float(self.beam_width_rad[0]))
 
     @cached_property
-    def table(self) -> FanTable:
-        """Return what kernels get of it."""
-        return FanTable(
-            self.bearing_rad, self.borders_rad, self.beam_width_rad, self.range0_m, self.dr_m, self.elevation_rad
-        )
+    def table(self) -> tuple[Floats, Floats, Floats, float, float, float]:
+        """Return what kernels get of it: `FanTable` of fan.h."""
+        return self.bearing_rad, self.borders_rad, self.beam_width_rad, self.range0_m, self.dr_m, self.elevation_rad
 
 
 def beam_borders(bearing_rad: Floats, lone_width_rad: float) -> Floats:

@@ -43,7 +43,7 @@ class ImageLayout:
     bands: list[RangeBand]
     """One, or two side by side."""
     phase: int | None
-    """The ping, modulo `Plan.phases`, at which it is processed; None: each."""
+    """The ping, modulo the number of phases, at which it is processed; None: each."""
 
     @cached_property
     def origin(self) -> Ints:

@@ -78,11 +78,10 @@ class BuriedPulses:
         ping = self._images[-1].ping
         rows = np.argsort(np.abs(np.array(ping.bearing_rad) - train.bearing_rad))[:BEAMS]
         frames = np.concatenate([image.frame[rows] for image in self._images])
-        table = sample_scale_of(ping).table
         sent_s = np.array([image.sent_s for image in self._images])
         grid = 2.0 / ping.sound_speed, ping.range0_m, ping.dr_m
         found: int = native.pulses_a_period(
-            frames, np.zeros(0, np.float32) if table is None else table, sent_s, *grid,
+            frames, sample_scale_of(ping).table, sent_s, *grid,
             train.period_s, train.at_s, SHORTEST_S, is_known,
         )  # fmt: skip
         return found

@@ -13,10 +13,10 @@ import numpy as np
 
 from ods.base.arrays import Ints
 from ods.base.clock import NS
+from ods.base.frames.quaternion import turn_between
 from ods.compiled import native
 from ods.messages import Ping, Pose, frame_of
 from ods.pipeline.prepared.plan import PingError
-from ods.pose.turn import turn_between
 
 REMEMBERED = 32
 """Pings."""
@@ -74,7 +74,7 @@ class RepeatedImage:
         since_s, newest = (ping.t_ns - image.t_ns) / NS, self._newest
         if image.pose is not None and newest is not None:
             moved_m = math.dist(image.pose.position_ned, newest.position_ned)
-            turned = turn_between(image.pose, newest)
+            turned = turn_between(image.pose.attitude, newest.attitude)
             if moved_m > MOVED_M or turned > TURNED_RAD:
                 motion = f"moved by {moved_m:.1f} m and turned by {math.degrees(turned):.0f} deg"
                 raise PingError(

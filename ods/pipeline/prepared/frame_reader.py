@@ -65,10 +65,10 @@ class FrameReader:
         image = self._counts(rows) if are_counts else self._amplitudes(rows, scale)
         if are_counts and native.share_of_zeros(rows, self._columns[0].first) > _QUIET:
             image = buffers.apply(image)
-            native.dither(buffers.front, self._drawn, frame.number)
+            native.dither(buffers.front, self._drawn.dither, frame.number)
         if gaps.size:
             image = buffers.apply(image)
-            native.fill_gaps(buffers.front, gaps, self._drawn, frame.number, _RANGE.guard, _RANGE.window)
+            native.fill_gaps(buffers.front, gaps, self._drawn.speckle, frame.number, _RANGE.guard, _RANGE.window)
         return ReadImage(image, recorded, gaps)
 
     def _amplitudes(self, rows: AnyArray, scale: SampleScale) -> GainedImage:

@@ -31,10 +31,9 @@ class Plan:
     settings: PipelineSettings
     """With all numbers, as they are for its range samples."""
     images: list[ImageLayout]
-    phases: int
-    """Pings after which all images had their turn."""
     processed_ranges_m: list[list[tuple[float, float]]]
-    """For each phase, the ranges (from, to) that are processed, m; none: all."""
+    """For each phase, the ranges (from, to) that are processed, m; none: all. After so many pings all images had their
+    turn."""
     first: int
     """Samples nearer than the least range."""
     sector: Sector
@@ -90,7 +89,6 @@ def make_plan(ping: Ping, settings: PipelineSettings, *, over_pings: bool = Fals
     return Plan(
         settings=settings,
         images=images,
-        phases=len(phases),
         processed_ranges_m=[[] if len(phases) == 1 else [(ring.from_m, min(ring.to_m, MAX_RANGE)) for ring in rings]
                 for rings in phases],
         first=first,

@@ -34,15 +34,6 @@ class Found(NamedTuple):
     """As in `Regions`."""
 
 
-class Numbers(NamedTuple):
-    """Where the cells of echoes are numbered."""
-
-    mask: RegionNumbers | None
-    """(beams of the image, all samples); None: nowhere."""
-    before: int
-    """The first echo has the next number."""
-
-
 class PreparedChain:
     """Frame to image, image through the filters, regions in it, echoes of the regions."""
 
@@ -92,26 +83,35 @@ class PreparedChain:
         rows = None if mask is None else mask[layout.rows]
         try:
             regions = self._regions(image, recorded)
-            found, faint = self._echoes(image, regions, recorded, frame.scale, Numbers(rows, before))
+            found, faint = self._echoes(image, regions, recorded, frame.scale, rows, before)
         except NotANumberError as error:
             raise self._culprit(frame, ping) from error
         return Found(found, faint, regions.heard_from)
 
     def _echoes(
-        self, image: Image, regions: Regions, recorded: Recorded, scale: SampleScale, numbers: Numbers
+        self,
+        image: Image,
+        regions: Regions,
+        recorded: Recorded,
+        scale: SampleScale,
+        mask: RegionNumbers | None,
+        before: int,
     ) -> tuple[EchoTable, EchoTable]:
-        """Return the echoes of regions, and the faint ones, and number those that are not. Raises NotANumberError."""
+        """Return the echoes of regions, and the faint ones. Raises NotANumberError.
+
+        mask: (beams of the image, all samples), in which those that are not faint are numbered from `before` + 1 on.
+        """
         found: list[EchoTable] = []
         faint: list[EchoTable] = []
         is_judged = regions.fronts and regions.faint is not None and bool(regions.faint.any())
-        before, least_front = numbers.before, LEAST_FRONT if is_judged else -1.0
+        least_front = LEAST_FRONT if is_judged else -1.0
         for band, inside in _by_band(regions, self._layout.bands):
             echoes = measure_echoes(image, inside, recorded, band.fan)
             if is_judged:
                 echoes["front"] = self._fronts.of(echoes["bearing_rad"], echoes["near_m"], recorded.samples, scale)
             strong, weak = parted(echoes, inside.faint, Wanted(band.from_m, band.to_m, least_front))
-            if numbers.mask is not None:
-                paint(_strong(inside, echoes, band), before, recorded, numbers.mask)
+            if mask is not None:
+                paint(_strong(inside, echoes, band), before, recorded, mask)
             found.append(strong)
             faint.append(weak)
             before += len(strong)

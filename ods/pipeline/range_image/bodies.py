@@ -43,9 +43,9 @@ def detection_of(pixels: RangePixels, body: Indices, range_max_m: float, beam_wi
     points = pixels.points_ned.reshape(-1, 3)[sure]
     north, east, radius = smallest_circle(np.ascontiguousarray(points[:, :2]))
     top, bottom = float(points[:, 2].min()), float(points[:, 2].max())
-    range_m, bearing, elevation = pixels.head.to_polar(np.array([north, east, 0.5 * (top + bottom)]))
+    range_m, bearing, elevation = pixels.to_polar(np.array([north, east, 0.5 * (top + bottom)]))
     near_m = float(distances.min())
-    roundness = _roundness(points - pixels.head.position, radius)
+    roundness = _roundness(points - pixels.position, radius)
     range_m += roundness * max(0.0, near_m + radius - range_m)  # a round body begins a radius before its middle
     across, up = pixels.spacing_rad
     width = beam_width_rad or 2.0 * across

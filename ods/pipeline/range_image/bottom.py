@@ -26,7 +26,7 @@ def bottom_of(pixels: RangePixels, tolerance_m: float) -> Mask:
     None where there is no such bottom.
     """
     nothing = np.zeros_like(pixels.wanted)
-    points = pixels.points_ned - pixels.head.position
+    points = pixels.points_ned - pixels.position
     under = pixels.wanted & (points[..., 2] > UNDER_M)
     if tolerance_m <= 0.0 or np.count_nonzero(under) < FEWEST_POINTS:
         return nothing

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from ods.base.arrays import Indices, Ints32, Mask
+from ods.base.arrays import Indices, Mask
 from ods.compiled import native
 from ods.pipeline.range_image.points import RangePixels
 
@@ -16,15 +16,10 @@ GRAZING = math.radians(10.0)
 """Least angle of a surface to the line of sight for its points to be joined, rad."""
 
 
-def clusters_of(pixels: RangePixels, wanted: Mask, noise_m: float) -> Ints32:
-    """Return (bearings, elevations) the number of each pixel's body, from 1 on; 0: of none."""
+def bodies_of(pixels: RangePixels, wanted: Mask, noise_m: float, fewest: int) -> list[Indices]:
+    """Return the places of each body's pixels in the flat image; bodies that have too few are left out."""
     numbers = np.empty(wanted.shape, np.int32)
     native.cluster_ranges(pixels.range_m, wanted, *pixels.spacing_rad, noise_m, 1.0 / math.tan(GRAZING), numbers)
-    return numbers
-
-
-def members_of(numbers: Ints32, fewest: int) -> list[Indices]:
-    """Return the places of each number's pixels in the flat image, by number; those that have too few are left out."""
     flat = numbers.ravel()
     places = np.flatnonzero(flat)
     order = places[np.argsort(flat[places], kind="stable")]

@@ -4,20 +4,21 @@ import math
 
 import numpy as np
 
-from ods.base.arrays import AnyArray, Indices
-from ods.messages import Detection, Detections, Ping, Pose, RangeGrid, Sector
+from ods.base.arrays import AnyArray, Indices, Mask
+from ods.messages import Detection, Detections, LookedVolume, Ping, Pose, RangeGrid, Sector
 from ods.pipeline.image.samples.recorded import RegionNumbers
 from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.range_image.bodies import detection_of, pieces_of
 from ods.pipeline.range_image.bottom import bottom_of
-from ods.pipeline.range_image.clusters import clusters_of, members_of
-from ods.pipeline.range_image.looked import looked_of
-from ods.pipeline.range_image.points import Head, RangePixels
+from ods.pipeline.range_image.clusters import bodies_of
+from ods.pipeline.range_image.points import RangePixels
 from ods.pipeline.settings import PipelineSettings
 from ods.pose.buffer import PoseEstimate
 
 MOST_DETECTIONS = 512
 """The nearest are taken where there are more."""
+BEARINGS, ELEVATIONS = 64, 16
+"""Most directions for which the range of clear water is reported; fewer where there are fewer pixels."""
 
 
 def detect_ranges(
@@ -36,7 +37,7 @@ def detect_ranges(
     pixels = _pixels_of(ping, grid, frame, settings, pose)
     chosen = settings.range_image
     believed = bottom_of(pixels, chosen.bottom_m)
-    bodies = members_of(clusters_of(pixels, pixels.wanted & ~believed, chosen.noise_m), chosen.least_pixels)
+    bodies = bodies_of(pixels, pixels.wanted & ~believed, chosen.noise_m, chosen.least_pixels)
     for body in bodies:
         believed.ravel()[body] = True
     bodies = _nearest(pixels, bodies)
@@ -54,9 +55,9 @@ def detect_ranges(
         t_rx_ns=ping.t_rx_ns,
         utc_ns=ping.utc_ns,
         sound_speed=ping.sound_speed,
-        sector=sector_of(ping, grid, settings.min_range_m),
+        sector=_sector_of(ping, grid, settings.min_range_m),
         detections=found,
-        looked_volume=looked_of(pixels, believed, grid.range_max_m),
+        looked_volume=_looked_of(pixels, believed, grid.range_max_m),
     )
 
 
@@ -66,7 +67,7 @@ def _nearest(pixels: RangePixels, bodies: list[Indices]) -> list[Indices]:
     return sorted(bodies, key=lambda body: float(flat[body].min()))[:MOST_DETECTIONS]
 
 
-def sector_of(ping: Ping, grid: RangeGrid, min_range_m: float) -> Sector:
+def _sector_of(ping: Ping, grid: RangeGrid, min_range_m: float) -> Sector:
     """Return the region that a range image covers."""
     return Sector(
         range_min_m=min_range_m,
@@ -89,11 +90,25 @@ def _pixels_of(
         raise PingError(f"range_max_m: {grid.range_max_m} is not beyond pipeline.min_range_m, {settings.min_range_m} m")
     range_m = frame.astype(np.float32) * np.float32(ping.dr_m)
     wanted = (range_m >= max(settings.min_range_m, 1e-6)) & (range_m <= np.float32(grid.range_max_m))
-    return RangePixels(range_m, wanted, bearing, elevation, _head_of(pose))
+    return RangePixels(range_m, wanted, bearing, elevation, pose)
 
 
-def _head_of(pose: Pose | PoseEstimate | None) -> Head:
-    """Return the head, level and at the origin where no pose is known."""
-    if pose is None:
-        return Head(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
-    return Head(np.array(pose.position_ned), np.array(pose.attitude))
+def _looked_of(pixels: RangePixels, believed: Mask, range_max_m: float) -> LookedVolume:
+    """Return the range up to which nothing was received, in cells of directions.
+
+    believed: (bearings, elevations) pixels whose echo counts, those of the bottom too.
+    """
+    clear = np.where(believed, pixels.range_m, np.float32(range_max_m))
+    for axis, most in enumerate((BEARINGS, ELEVATIONS)):
+        count = clear.shape[axis]
+        cells = min(most, count)
+        firsts = np.arange(cells) * count // cells
+        clear = np.minimum.reduceat(clear, firsts, axis)
+    elevation = pixels.elevation_rad
+    return LookedVolume(
+        bearings=clear.shape[0],
+        elevations=clear.shape[1],
+        elevation_min_rad=float(elevation[0]),
+        elevation_max_rad=float(elevation[-1]),
+        clear_m=clear.astype("<f4").tobytes(),
+    )

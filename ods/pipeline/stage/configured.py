@@ -1,13 +1,18 @@
-"""The stages that a configuration names, with their parameters; an error of one is reported with its name."""
+"""Stages found by name: those that a configuration names, with their parameters. An error of one is reported with its
+name."""
 
 from typing import Any, NamedTuple
 
+from ods.base.choices import none_of
 from ods.base.plugins import reason
 from ods.base.settings import Settings
+from ods.pipeline.detect import cfar, levels  # noqa: F401  these modules register the stages that come with ODS
+from ods.pipeline.equalize import background, beam_gain, by_range, local  # noqa: F401
+from ods.pipeline.filter import iir, linear, median, min_object, over_pings, wiener  # noqa: F401
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.params import StageError, read_params, stage_label
-from ods.pipeline.stage.registry import Stage, find_stage
+from ods.pipeline.stage.registry import REGISTERED, Stage
 
 
 class ConfiguredStage(NamedTuple):
@@ -29,6 +34,18 @@ class ConfiguredStage(NamedTuple):
             return self.stage.prepare(self.params, fan)
         except Exception as error:
             raise blamed(self.label, error) from error
+
+
+def stage_names() -> list[str]:
+    """Return the names of all stages known now, sorted."""
+    return sorted(REGISTERED)
+
+
+def find_stage(name: str) -> Stage:
+    """Return a stage by its name. Raises StageError, which lists the names that are known."""
+    if name not in REGISTERED:
+        raise StageError(f"use: {none_of(name, stage_names())}")
+    return REGISTERED[name]
 
 
 def configured_stages(settings: PipelineSettings) -> list[ConfiguredStage]:

@@ -1,4 +1,4 @@
-"""Stages by name: how a stage is declared, found and given its parameters.
+"""Stages by name: how a stage is declared.
 
 A stage is a function `prepare(params, fan)` that is called once for each fan geometry and returns the step that is then
 called for each image. What a step needs only once (coefficients, buffers) is made in `prepare`.
@@ -19,11 +19,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from ods.base.choices import none_of
 from ods.base.plugins import add
 from ods.base.settings import Settings
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.stage.params import StageError
 from ods.pipeline.stage.step import (
     GainedImageStep,
     GainStep,
@@ -55,7 +53,8 @@ class Stage:
         return self.prepare
 
 
-_stages: dict[str, Stage] = {}
+REGISTERED: dict[str, Stage] = {}
+"""All that are known now; `stage.configured` finds them."""
 
 
 def image_stage(name: str, params: type[ParamsT]) -> Register[ParamsT, ImageStep]:
@@ -85,19 +84,7 @@ def detect_stage(name: str, params: type[ParamsT]) -> Register[ParamsT, Prepared
 
 def _registers(name: str, kind: StageKind, params: type[ParamsT]) -> Register[ParamsT, StepT]:
     def register(prepare: Prepare[ParamsT, StepT]) -> Prepare[ParamsT, StepT]:
-        add(_stages, "stage", name, Stage(name, kind, params, prepare))
+        add(REGISTERED, "stage", name, Stage(name, kind, params, prepare))
         return prepare
 
     return register
-
-
-def stage_names() -> list[str]:
-    """Return the names of all stages known now, sorted."""
-    return sorted(_stages)
-
-
-def find_stage(name: str) -> Stage:
-    """Return a stage by its name. Raises StageError, which lists the names that are known."""
-    if name not in _stages:
-        raise StageError(f"use: {none_of(name, stage_names())}")
-    return _stages[name]

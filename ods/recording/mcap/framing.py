@@ -14,6 +14,8 @@ from mcap.opcode import Opcode
 from mcap.records import McapRecord
 
 MAGIC = b"\x89MCAP0\r\n"
+ANY_MAGIC = b"\x89MCAP"
+"""How files of all versions of the format begin."""
 PROFILE = "ods"
 RECORD = struct.Struct("<BQ")
 """Opcode, length of what follows."""

@@ -1,5 +1,7 @@
 """Reads recordings: one segment, or a folder of them, whole, torn, foreign or hostile, in bounded memory."""
 
+import logging
+import re
 import struct
 import zlib
 from collections import Counter
@@ -12,6 +14,7 @@ import msgspec
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Header, Metadata
 
+from ods import __version__
 from ods.base.files.in_file import opened
 from ods.recording.errors import RecordingError, UnreadableError
 from ods.recording.mcap.chunk import (
@@ -24,8 +27,10 @@ from ods.recording.mcap.chunk import (
     unpacked,
     unzipper,
 )
-from ods.recording.mcap.framing import MAGIC, MB, MESSAGE, PROFILE, Frame, frames
+from ods.recording.mcap.framing import ANY_MAGIC, MAGIC, MB, MESSAGE, PROFILE, Frame, frames
 from ods.recording.mcap.topics import decoded
+
+log = logging.getLogger(__name__)
 
 SUFFIX = ".mcap"
 MAP_COST = 15
@@ -61,9 +66,10 @@ def open_recording(path: Path) -> "Recording":
         paths = _segments_in(path) if folder else [path]
         losses: Counter[str] = Counter()
         segments = []
+        versions = set()
         for each in paths:
             try:
-                _check_head(each)
+                versions.add(_check_head(each))
             except UnreadableError:
                 if not folder:
                     raise
@@ -74,6 +80,10 @@ def open_recording(path: Path) -> "Recording":
         raise UnreadableError(f"{path}: {error.strerror}") from error
     if not segments:
         raise UnreadableError(f"{path}: none of its {len(paths)} files *{SUFFIX} is a recording of ODS")
+    if newer := sorted(filter(_is_newer, versions)):
+        log.warning(
+            "%s: recorded by ods %s: what this one, %s, does not know is left out", path, newer[-1], __version__
+        )
     return Recording(segments, losses)
 
 
@@ -217,19 +227,33 @@ def _attachment(content: bytes) -> Attachment:
     return found
 
 
-def _check_head(path: Path) -> None:
-    """Raises UnreadableError for a file that is no recording of ods; OSError."""
+def _check_head(path: Path) -> str:
+    """Return the version of ods that wrote a file. Raises UnreadableError for one that is no recording; OSError."""
     with opened(path) as file:
-        if file.read(len(MAGIC)) != MAGIC:
+        mark = file.read(len(MAGIC))
+        if not mark:
+            raise UnreadableError(f"{path}: the file is empty")
+        if mark != MAGIC and mark.startswith(ANY_MAGIC):
+            raise UnreadableError(f"{path}: an MCAP file of another version than {MAGIC[len(ANY_MAGIC) : -2].decode()}")
+        if mark != MAGIC:
             raise UnreadableError(f"{path}: not an MCAP file")
-        if _profile(file) != PROFILE:
+        header = _header(file)
+        if header is None or header.profile != PROFILE:
             raise UnreadableError(f"{path}: an MCAP file, but not a recording of ODS")
+        return header.library.removeprefix("ods ")
 
 
-def _profile(file: BinaryIO) -> str:
+def _header(file: BinaryIO) -> Header | None:
     for frame in frames(file, {Opcode.HEADER}, Counter()):
         try:
-            return str(Header.read(stream(frame.content)).profile)
+            header: Header = Header.read(stream(frame.content))
         except BAD_RECORD:
-            return ""
-    return ""
+            return None
+        return header
+    return None
+
+
+def _is_newer(version: str) -> bool:
+    """Return whether a version is newer than this one; one that cannot be read is not."""
+    there, here = (re.match(r"(\d+)\.(\d+)", text) for text in (version, __version__))
+    return there is not None and here is not None and tuple(map(int, there.groups())) > tuple(map(int, here.groups()))

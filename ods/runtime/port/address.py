@@ -57,12 +57,24 @@ def host_and_number(port: str, example: str) -> tuple[str, int]:
     """Return the IP address and the port number of a URL. Raises ValueError, one line with the `example`."""
     url = urlsplit(port)
     try:
-        host, number = str(ipaddress.ip_address(url.hostname or "")), url.port
+        host = str(ipaddress.ip_address(url.hostname or ""))
     except ValueError:
         raise ValueError(f"port: {port}: needs an IP address, {example}: looking up a name would block") from None
+    try:
+        number = url.port
+    except ValueError:  # no number, or none of 16 bits
+        number = None
     if not number:
-        raise ValueError(f"port: {port}: needs a port number, {example}")
+        raise ValueError(f"port: {port}: needs a port number from 1 to 65535, {example}")
     return host, number
+
+
+def refuse_no_ip_address(key: str, text: str | None) -> None:
+    """Raise ValueError, one line that names the key, for what is no IP address; nothing set is fine."""
+    try:
+        ipaddress.ip_address(text or "0.0.0.0")
+    except ValueError:
+        raise ValueError(f"{key}: {text}: not an IP address, such as 192.168.0.7: no name is looked up") from None
 
 
 def transport_of(port: str) -> Transport:

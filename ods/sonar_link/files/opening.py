@@ -15,12 +15,13 @@ from ods.sonar_link.files.aris import ArisDecoder
 from ods.sonar_link.files.decoder import PLUGGED_IN, START_BYTES, Decoder
 from ods.sonar_link.files.fan_image import FanClipDecoder, FanGeometry
 from ods.sonar_link.files.npz import NpzDecoder
-from ods.sonar_link.files.oculus_log import OculusLogDecoder
 from ods.sonar_link.files.ping_sequence import PingFileError, PingSequence
 from ods.sonar_link.files.s7k.decoder import S7kDecoder
 from ods.sonar_link.files.streams.norbit import NorbitDecoder
 from ods.sonar_link.files.streams.oculus import OculusDecoder
 from ods.sonar_link.files.streams.sonar3d15 import Sonar3d15Decoder
+from ods.sonar_link.files.viewpoint.database import OculusDatabaseDecoder
+from ods.sonar_link.files.viewpoint.log import OculusLogDecoder
 
 __all__ = ["DECODERS", "PingFileError", "PingSequence", "open_pings"]
 
@@ -30,6 +31,7 @@ DECODERS: tuple[Decoder, ...] = (
     ArisDecoder(),
     OculusDecoder(),
     OculusLogDecoder(),
+    OculusDatabaseDecoder(),
     NorbitDecoder(),
     Sonar3d15Decoder(),
     FanClipDecoder(),

@@ -1,8 +1,7 @@
 """Reception of a Sonar 3D-15: the [sonar.sonar3d15] table."""
 
-import ipaddress
-
 from ods.base.settings import Settings
+from ods.runtime.port.address import refuse_no_ip_address
 
 
 class Sonar3d15Settings(Settings, frozen=True):
@@ -15,10 +14,7 @@ class Sonar3d15Settings(Settings, frozen=True):
     """IP address of the sonar; "": any, if there is only one."""
 
     def __post_init__(self) -> None:
-        for name in ("interface", "sender"):
-            try:
-                address = ipaddress.ip_address(getattr(self, name) or "0.0.0.0")
-            except ValueError:
-                raise ValueError(f"{name}: {getattr(self, name)}: not an IP address, such as 192.168.194.90") from None
-            if name == "interface" and address.version == 6:
-                raise ValueError(f"{name}: {address}: multicast groups need IPv4")
+        refuse_no_ip_address("interface", self.interface)
+        refuse_no_ip_address("sender", self.sender)
+        if ":" in self.interface:
+            raise ValueError(f"interface: {self.interface}: multicast groups need IPv4")

@@ -75,10 +75,20 @@ class Finding(NamedTuple):
         """Of it."""
         return float(np.linalg.norm(self.fit.sigma[: len(self.cause.judged)]))
 
+    @property
+    def least(self) -> float:
+        """It is surely as large."""
+        return abs(self.value) - SURELY * self.sigma
+
+    @property
+    def is_of_convoy(self) -> bool:
+        """A drift that explains as much would rather be a convoy on the vehicle's course."""
+        return self.cause is WRONG_SCALE and self.least > CONVOY_SCALE
+
     def is_too_much(self, convoy: bool) -> bool:
         """Return whether the list is not valid with it; convoy: what moves alike may be one."""
         limit = NO_CONVOY if self.cause is DRIFT and not convoy else self.cause.limit
-        return abs(self.value) - SURELY * self.sigma > limit
+        return self.least > limit
 
     def __str__(self) -> str:
         """Say it in plain words."""
@@ -99,12 +109,8 @@ class Finding(NamedTuple):
 def _turn(value: float, sigma: float) -> str:
     digits = 1 if abs(value) > math.radians(1.0) else 2
     rate = f"{math.degrees(value):.{digits}f} +- {math.degrees(sigma):.{digits}f} deg/s"
-    return f"static objects seem to turn by {rate} about the vehicle: does the heading drift?"
-
-
-def _mirrored(value: float, sigma: float) -> str:
-    rate = f"{math.degrees(value):.1f} +- {math.degrees(sigma):.1f} deg/s"
-    return f"static objects seem to turn by {rate}, twice as fast as the vehicle: are port and starboard exchanged?"
+    asked = "does the heading drift, or are port and starboard exchanged?"
+    return f"static objects seem to turn by {rate} about the vehicle: {asked}"
 
 
 def _yaw(value: float, sigma: float) -> str:
@@ -143,15 +149,14 @@ FASTEST_TURN = math.radians(0.5)
 LARGEST_ANGLE = math.radians(60.0)
 FAST_TURN = Cause((TURN,), (NORTH, EAST), math.radians(0.2), FASTEST_TURN, LARGEST_ANGLE, _turn)
 """By an angle of any size: the angle itself is as a drift."""
-MIRRORED = FAST_TURN._replace(words=_mirrored)
-TWICE = 0.15
-"""Share by which such a turn may differ from twice the vehicle's."""
 SLOW_TURN = Cause((TURN,), (YAW,), math.radians(0.05), FASTEST_TURN, FASTEST_TURN, _turn)
 """By a small angle, which itself is as an error of the yaw."""
 WRONG_YAW = Cause((YAW,), (), math.radians(0.5), math.radians(5.0), LARGEST_ANGLE, _yaw)
 """A larger one is far off."""
-WRONG_SCALE = Cause((SCALE,), (), 0.005, 0.05, 0.1, _scale)
-LATE_POSES = Cause((LATENCY,), (), 0.02, 0.3, 0.5, _latency)
+WRONG_SCALE = Cause((SCALE,), (), 0.005, 0.05, FAR_OFF.least, _scale)
+CONVOY_SCALE = 0.1
+"""On one course a larger error of the ranges is as a convoy."""
+LATE_POSES = Cause((LATENCY,), (), 0.02, 0.3, 1.0, _latency)
 FAST = (FAST_TURN, DRIFT)
 SLOW = (SLOW_TURN, DRIFT, FAR_OFF, WRONG_YAW, WRONG_SCALE, LATE_POSES)
 OFFSETS = YAW, SCALE, LATENCY
@@ -162,9 +167,11 @@ def explanations(reduced: Reduced, causes: tuple[Cause, ...]) -> list[Finding]:
     """Return the errors that may be, best first; one object in three may go its own way."""
     if len(reduced.freedom) < FEWEST:
         return []
-    found = [estimate(reduced, cause) for cause in causes]
-    certain = sorted((each for each in found if each is not None and each.holds), key=lambda each: -each.worth)
-    return [each for each in certain if each.fit.gain >= ALIKE * certain[0].fit.gain]
+    found = [each for each in (estimate(reduced, cause) for cause in causes) if each is not None]
+    certain = sorted((each for each in found if each.holds), key=lambda each: -each.worth)
+    most = certain[0].fit.gain if certain else 0.0
+    convoy = any(each.cause is DRIFT and each.fit.gain > most - SIGNIFICANT**2 for each in found)
+    return [each for each in certain if each.fit.gain >= ALIKE * most and not (convoy and each.is_of_convoy)]
 
 
 def too_much(found: list[Finding], convoy: bool) -> list[str]:
@@ -195,12 +202,3 @@ def _fitted(reduced: Reduced, cause: Cause) -> Finding | None:
         reduced = reduced.without(best)
         found = fit(reduced, cause.judged + cause.beside)
     return None if found is None else Finding(cause, found)
-
-
-def found_turn(reduced: Reduced, yaw_rate: float) -> Finding | None:
-    """Return the turn that pairs of echoes show, if it is one, while the vehicle reports a yaw rate, rad/s."""
-    best = next(iter(explanations(reduced, FAST)), None)
-    if best is None or best.cause is not FAST_TURN:
-        return None
-    mirrored = abs(best.value - 2.0 * yaw_rate) < TWICE * abs(best.value) + SURELY * best.sigma
-    return best._replace(cause=MIRRORED) if mirrored else best

@@ -10,17 +10,17 @@ from dataclasses import replace
 import numpy as np
 
 from ods.base.clock import NS
-from ods.tracker.common_error.causes import DRIFT, FAST, SLOW, Finding, explanations, found_turn, too_much
+from ods.tracker.common_error.causes import DRIFT, FAST, SLOW, Finding, explanations, too_much
+from ods.tracker.common_error.displaced import HELD_S, DisplacedObjects
 from ods.tracker.common_error.least_squares import FAST_MEMORY_S, SLOW_MEMORY_S, FadingSums
 from ods.tracker.common_error.sightings import Motion, design_of, sightings_of
-from ods.tracker.common_error.turned import EchoTurn
 from ods.tracker.existence.lifecycle import ACTIVE, STAND_BY
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.output.snapshot import Snapshot
 
 SEEN_EVERY_S, FITTED_EVERY_S = 0.1, 0.5
-HELD_S = 5.0
-"""Time for which a found error is reported, s: three objects are not always in view."""
+UNSTEADY = "changes from ping to ping"
+"""Says the pipeline of a sample spacing or sound speed; then ranges may be off by as much."""
 
 
 class CommonErrors:
@@ -32,7 +32,7 @@ class CommonErrors:
     def begin_again(self) -> None:
         """Forget all: poses are others."""
         self._fast, self._slow = FadingSums(FAST_MEMORY_S), FadingSums(SLOW_MEMORY_S)
-        self._echo_turn, self._turn_before = EchoTurn(), 0.0
+        self._displaced = DisplacedObjects()
         self._seen_s = self._fitted_s = self._found_s = -math.inf
         self._vehicle: tuple[Vehicle, Motion] | None = None
         self._before: list[Finding] = []
@@ -40,6 +40,7 @@ class CommonErrors:
 
     def look(self, snapshot: Snapshot, scan: Scan, motion: Motion) -> None:
         """Take in a ping: the objects after it, its echoes, and how the vehicle moves."""
+        self._displaced.look(snapshot, scan)
         t_s = scan.t_ns / NS
         if scan.vehicle is None or t_s - self._seen_s < SEEN_EVERY_S:
             return
@@ -52,15 +53,6 @@ class CommonErrors:
         if t_s - self._fitted_s >= FITTED_EVERY_S:
             self._fitted_s = t_s
             self._explain(t_s)
-        self._see_turn(scan, t_s)
-
-    def _see_turn(self, scan: Scan, t_s: float) -> None:
-        """Find whether all echoes have turned too fast for tracks; it is so when two pings in turn show it."""
-        turned = self._echo_turn.look(scan)
-        turn = None if turned is None else found_turn(turned.reduced, turned.yaw_rate)
-        if turn is not None and turn.value * self._turn_before > 0.0:
-            self._findings, self._found_s = [turn], t_s
-        self._turn_before = 0.0 if turn is None else turn.value
 
     def _explain(self, t_s: float) -> None:
         """Find what is wrong; it is so when two fits in turn find it: while a drift begins, no cause fits."""
@@ -78,13 +70,20 @@ class CommonErrors:
         fast, slow = explanations(self._fast.reduced(), FAST), explanations(self._slow.reduced(), SLOW)
         return slow if slow and fast and fast[0].cause is DRIFT else fast or slow
 
+    def forget(self, number: int) -> None:
+        """Expect an object no more: an operator has dropped it."""
+        self._displaced.forget(number)
+
     def problem(self) -> str:
         """Return the likely error, as text; "" if there is none."""
         return "; or ".join(map(str, self._findings))
 
-    def reasons(self, *, convoy: bool = True) -> list[str]:
-        """Return why the list is not valid for it; convoy: what seems to drift may be one, as the poses make sense."""
-        return too_much(self._findings, convoy)
+    def reasons(self, *, convoy: bool = True, caution: str = "") -> list[str]:
+        """Return why the list is not valid; convoy: what seems to drift may be one, as the poses make sense; caution:
+        that of the ping."""
+        unsteady = UNSTEADY in caution and not self._displaced.are_in_place
+        found = too_much(self._findings, convoy) or self._displaced.reasons()
+        return [*found, f"{caution}, and too few static objects show that ranges are right"] if unsteady else found
 
     def widened(self, snapshot: Snapshot) -> Snapshot:
         """Return live objects with what is known to be wrong with their places in their covariance."""

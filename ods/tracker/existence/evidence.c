@@ -244,11 +244,14 @@ static double echoes_a_scan(const Counts *counts)
     return counts->echoes / larger(counts->scans, 1.0);
 }
 
+/* Added to the square of the echoes a scan: there is persistent clutter in water without an echo, too. */
+#define CALM 0.1
+
 /* Returns the share of persistent clutter; what is known beforehand counts for so many tracks. */
 static double clutter_share_of(const Counts *counts, const Model *m)
 {
     const double echoes = square(echoes_a_scan(counts));
-    const double prior = m->new_share * (0.1 + echoes) / (square(m->many) + echoes);
+    const double prior = m->new_share * (CALM + echoes) / (square(m->many) + echoes);
     return (counts->clutter_tracks + m->share_tracks * prior) / (counts->ended_tracks + m->share_tracks);
 }
 

@@ -13,6 +13,7 @@ import numpy as np
 from ods.base.arrays import Floats, Ints
 from ods.pose.utc import Restamp
 from ods.tracker.map.map_object import MapObject
+from ods.tracker.map.pending import PendingChanges
 from ods.tracker.map.schema import INSIDE, PLACE_TABLE, square_around
 from ods.tracker.restart.state import MapChanges
 
@@ -28,8 +29,8 @@ class HibernatedObjects:
         self._awake: dict[int, MapObject] = {}
         self._tree = sqlite3.connect(":memory:", isolation_level=None, check_same_thread=False)
         self._tree.execute(PLACE_TABLE)
-        self._changed: dict[int, MapObject] = {}
-        self._gone: set[int] = set()
+        self._changes = PendingChanges()
+        """Since the last `whole`."""
         self._near_ids = np.zeros(0, np.int64)
         self._near_places = np.zeros((2, 0))
         self._near_centre = np.full(2, np.nan)
@@ -98,21 +99,20 @@ class HibernatedObjects:
             self.wake(ids)
         for i in ids:
             if self._awake.pop(i, None) is not None:
-                self._changed.pop(i, None)
-                self._gone.add(i)
+                self._changes.remove(i)
 
     def changes(self) -> MapChanges:
         """Return how the objects, asleep or awake, differ from the last `whole`."""
-        return MapChanges(list(self._changed.values()), list(self._gone))
+        return MapChanges(list(self._changes.puts.values()), list(self._changes.removes))
 
     def whole(self) -> list[MapObject]:
         """Return all objects, asleep or awake; `changes` start again."""
-        self._changed, self._gone = {}, set()
+        self._changes = PendingChanges()
         return [*self._objects.values(), *self._awake.values()]
 
     def _note(self, objects: list[MapObject]) -> None:
-        self._changed |= {o.id: o for o in objects}
-        self._gone.difference_update(o.id for o in objects)
+        for o in objects:
+            self._changes.put(o)
 
     def places(self, centre: Floats, distance: float) -> tuple[Ints, Floats]:
         """Return ids (k,) and north-east positions (2, k) of the objects not farther than `distance` from (2,)."""

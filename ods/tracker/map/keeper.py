@@ -11,6 +11,7 @@ from ods.base.clock import NS
 from ods.tracker.map.link import OBJECTS_A_PACKET, Change, Failed, Known, LinkEndedError, Written
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.pending import PendingChanges
+from ods.tracker.map.write_delay import READ, WRITTEN, WriteDelay
 from ods.tracker.map.writer_process import WriterProcess
 from ods.tracker.restart.ids import ID_BLOCK, PROVISIONAL_IDS
 from ods.tracker.settings import MapSettings
@@ -22,9 +23,6 @@ WRITE_PERIOD_NS = NS
 WAIT_S = 1.0
 """Time for which the tracker's start waits for the map, and its end for the last change, s; later the map's process
 continues alone."""
-READ, WRITTEN = "read", "written"
-STALLED_NS = 3 * NS
-"""A disk that takes longer is said to stall."""
 PACKETS_A_ROUND = 4
 """What is read of the map, 200 objects each, may keep the tracker from a list for some ms."""
 
@@ -33,58 +31,6 @@ def of_earlier_mission(known: MapObject, position_sigma_m: float) -> MapObject:
     """Return an object as far as it can be relied on in another mission, whose pose has other errors."""
     north, east = (math.hypot(s, position_sigma_m) for s in known.sigma[:2])
     return msgspec.structs.replace(known, sigma=(north, east, known.sigma[2]))
-
-
-class WriteDelay:
-    """Since when something has been wanted of the file that is not done yet. All times are CLOCK_MONOTONIC ns."""
-
-    def __init__(self, name: str, complain: Callable[[str, str], None]) -> None:
-        """`complain` takes a counter's name and a line."""
-        self.wanted = READ
-        """What is wanted: that the file be READ, or WRITTEN."""
-        self._name = name
-        self._complain = complain
-        self._since_ns: int | None = None
-        self._failure = ""
-        self._stalled = False
-        self._overload = ""
-
-    def begin(self, now_ns: int) -> None:
-        """Something is wanted of the file from now on."""
-        if self._since_ns is None:
-            self._since_ns = now_ns
-
-    def failed(self, reason: str) -> None:
-        """It cannot be done just now; `reason` is one line that names the file."""
-        self._failure = reason
-
-    def done(self, now_ns: int) -> None:
-        """It is done."""
-        if self._failure or self._stalled:
-            log.warning("%s: %s again, after %.0f s", self._name, self.wanted, self._lasted_s(now_ns))
-        self._since_ns, self._failure, self._stalled = None, "", False
-
-    def look(self, now_ns: int, overload: str) -> None:
-        """Say so, once, when it takes too long. overload: that the computer is overloaded, or ""."""
-        self._overload = overload
-        if not self._failure and not self._stalled and self._lasted_s(now_ns) * NS > STALLED_NS:
-            self._stalled = True
-            self._complain("map_stalled", self.problem(now_ns))
-
-    def problem(self, now_ns: int) -> str:
-        """Return what is wrong; empty when nothing is."""
-        if not self._failure and not self._stalled:
-            return ""
-        silent = (
-            "the disk does not answer"
-            if self.wanted == WRITTEN
-            else "its process has not started yet, or the disk does not answer"
-        )
-        cause = self._failure or f"{self._name}: {self._overload or silent}"
-        return f"{cause}; not {self.wanted} for {self._lasted_s(now_ns):.0f} s"
-
-    def _lasted_s(self, now_ns: int) -> float:
-        return 0.0 if self._since_ns is None else (now_ns - self._since_ns) / NS
 
 
 class MapKeeper:
@@ -191,7 +137,7 @@ class MapKeeper:
             self._reserved = max(self._reserved, first_id)
             self._lag.done(now_ns)
             self._lag.wanted = WRITTEN
-        gone = set(self.pending.removes())
+        gone = self.pending.removes
         sigma_m = self._settings.position_sigma_m
         return Known([of_earlier_mission(o, sigma_m) for o in objects if o.id not in gone], first_id) if news else None
 

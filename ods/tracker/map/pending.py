@@ -1,4 +1,4 @@
-"""Changes not yet in the map file: the newest state of each object, however long the disk takes."""
+"""Changes not yet written: the newest state of each object, however long the disk takes."""
 
 from collections.abc import Iterator
 from itertools import islice
@@ -11,32 +11,26 @@ class PendingChanges:
     """Objects to put and ids to remove; never more than there are objects."""
 
     def __init__(self) -> None:
-        self._put: dict[int, MapObject] = {}
-        self._remove: set[int] = set()
+        self.puts: dict[int, MapObject] = {}
+        """Objects that the file does not have yet, as they are."""
+        self.removes: set[int] = set()
+        """Ids of objects that the file may have and shall not."""
 
     def __bool__(self) -> bool:
-        return bool(self._put or self._remove)
+        return bool(self.puts or self.removes)
 
     def __len__(self) -> int:
-        return len(self._put) + len(self._remove)
+        return len(self.puts) + len(self.removes)
 
     def put(self, known: MapObject) -> None:
         """The file shall have this object."""
-        self._put[known.id] = known
-        self._remove.discard(known.id)
+        self.puts[known.id] = known
+        self.removes.discard(known.id)
 
     def remove(self, object_id: int) -> None:
         """The file shall not have this object."""
-        self._put.pop(object_id, None)
-        self._remove.add(object_id)
-
-    def puts(self) -> list[int]:
-        """Return the ids of objects that the file does not have yet, as they are."""
-        return list(self._put)
-
-    def removes(self) -> list[int]:
-        """Return the ids of objects that the file may have and shall not."""
-        return list(self._remove)
+        self.puts.pop(object_id, None)
+        self.removes.add(object_id)
 
     def first(self) -> Change:
         """Return as many changes as go into a packet."""
@@ -44,7 +38,7 @@ class PendingChanges:
 
     def all(self) -> Iterator[Change]:
         """Return all changes, packet by packet."""
-        put, remove = iter(self._put.values()), iter(self._remove)
+        put, remove = iter(self.puts.values()), iter(self.removes)
         while True:
             change = Change(list(islice(put, OBJECTS_A_PACKET)), list(islice(remove, OBJECTS_A_PACKET)))
             if not change.put and not change.remove:
@@ -54,6 +48,6 @@ class PendingChanges:
     def written(self, change: Change) -> None:
         """Forget what the file has now; what changed again since then remains."""
         for known in change.put:
-            if self._put.get(known.id) is known:
-                del self._put[known.id]
-        self._remove.difference_update(change.remove)
+            if self.puts.get(known.id) is known:
+                del self.puts[known.id]
+        self.removes.difference_update(change.remove)

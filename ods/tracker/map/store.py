@@ -21,7 +21,6 @@ from ods.tracker.restart.ids import PROVISIONAL_IDS
 
 LOCK_WAIT_S = 2.0
 """Longest wait for another program that reads or writes the file."""
-RESERVE = "UPDATE mission SET next_id = ?"
 OBJECT_COLUMNS = (
     "id, north, east, down, sigma_north, sigma_east, sigma_down, radius, sigma_radius, existence, times_seen, "
     "first_seen_utc_ns, last_seen_utc_ns, hibernated_utc_ns, covariance_ne"
@@ -63,7 +62,7 @@ class MapStore:
         return [o for o in found if math.hypot(o.position[0] - north, o.position[1] - east) <= distance]
 
     def change(self, put: Iterable[MapObject], remove: Iterable[int], next_id: int | None = None) -> None:
-        """Insert or replace objects and remove others by id, and `reserve` ids if given: all or nothing."""
+        """Insert or replace objects and remove others by id, all or nothing; all ids below `next_id` may be in use."""
         rows = [
             (
                 *(o.id, *o.position, *o.sigma, o.radius, o.sigma_radius, o.existence, o.times_seen),
@@ -78,7 +77,7 @@ class MapStore:
             )
             self._db.executemany("DELETE FROM object WHERE id = ?", [(i,) for i in remove])
             if next_id is not None:
-                self._db.execute(RESERVE, (next_id,))
+                self._db.execute("UPDATE mission SET next_id = ?", (next_id,))
 
     def first_free_id(self) -> int:
         """Return an id from which on none was ever used."""
@@ -87,11 +86,6 @@ class MapStore:
             (highest,) = self._db.execute(ordinary, (PROVISIONAL_IDS,)).fetchone()
             _, _, next_id = self._mission()
         return max(int(next_id), int(highest) + 1)
-
-    def reserve(self, next_id: int) -> None:
-        """Note that all ids below `next_id` may be in use."""
-        with _errors_named(self._path):
-            self._db.execute(RESERVE, (next_id,))
 
     def _mission(self) -> tuple[float, float, int]:
         """Return the origin and the next id. Raises ValueError where the map is damaged."""

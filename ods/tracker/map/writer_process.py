@@ -27,11 +27,6 @@ class WriterProcess:
         self._overload: OverloadMonitor | None = None
         self._looked_ns = 0
 
-    @property
-    def running(self) -> bool:
-        """It was started and has not ended, as far as is known."""
-        return self._link is not None
-
     def start(self, now_ns: int) -> bool:
         """Start it if it is time to; return whether it was. Raises LinkEndedError."""
         if self._link is not None or now_ns < self._start_ns:

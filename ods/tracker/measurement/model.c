@@ -7,8 +7,6 @@
 #include "ods/tracker/measurement/arctangent.h"
 #include "ods/tracker/measurement/model.h"
 
-/* Horizontal distances, m, are kept above this, so that a direction exists. */
-#define NEAREST_M 1e-3
 /* Range and bearing do not give the horizontal place of an object straight above or below: no line of sight is taken to
    be steeper than that this share of the distance is horizontal. */
 #define STEEPEST 0.2

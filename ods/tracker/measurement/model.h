@@ -5,7 +5,7 @@
 
 #include "ods/tracker/measurement/scan.h"
 
-/* Distances, m, by which numbers are divided are no smaller. */
+/* Distances, m, by which numbers are divided are no smaller, so that a direction exists. */
 #define NEAREST_M 1e-3
 /* Standard deviation of where what gives an echo of an object lies, in radii from its middle. */
 #define PARTS 0.5
@@ -57,11 +57,10 @@ static inline PositionMeasurement position_measurement_from(const Argument *argu
 /* Returns the angle wrapped to [-pi, pi). */
 static inline double wrapped(double angle)
 {
-    const double pi = 3.14159265358979323846;
-    if (-pi <= angle && angle < pi)
+    if (-PI <= angle && angle < PI)
         return angle;
-    const double turned = fmod(angle + pi, 2.0 * pi);
-    return (turned < 0.0 ? turned + 2.0 * pi : turned) - pi;
+    const double turned = fmod(angle + PI, 2.0 * PI);
+    return (turned < 0.0 ? turned + 2.0 * PI : turned) - PI;
 }
 
 #endif

@@ -2,10 +2,7 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from ods.base.arrays import Floats
-from ods.compiled import native
 
 
 class Belief(NamedTuple):
@@ -30,13 +27,13 @@ class Belief(NamedTuple):
     """(n,), too."""
     static: Floats
     """(n,) probability that the object does not move."""
-    restless: Floats | None = None
+    restless: Floats
     """(n,) by how much the spectral density of its acceleration, if it moves, is now over `acceleration_noise`,
-    m^2/s^3; None: the observer knows one kind of motion alone."""
+    m^2/s^3; 0: the observer knows one kind of motion alone."""
 
 
 class Estimate(NamedTuple):
-    """Mean and covariance of n objects."""
+    """Mean and covariance of n objects, all hypotheses taken together: the first two moments of their mixture."""
 
     position: Floats
     """(3, n)."""
@@ -52,12 +49,3 @@ class Estimate(NamedTuple):
     """(n,) and the next two: as in `Belief`."""
     radius_variance: Floats
     static: Floats
-
-
-def moment_match(belief: Belief) -> Estimate:
-    """Return mean and covariance of the hypotheses taken together: the first two moments of their mixture."""
-    n = len(belief.static)
-    mean, variance, mixed = np.empty((3, n)), np.empty((3, n)), np.empty(n)
-    by_height, shared = np.empty((2, n)), np.empty((3, n))
-    native.moment_match(belief[:6], mean, variance, mixed, by_height, shared)
-    return Estimate(mean, variance, mixed, by_height, shared, belief.radius, belief.radius_variance, belief.static)

@@ -5,6 +5,29 @@
 
 #include "ods/tracker/measurement/model.h"
 
+/* One object of a table with an object a column: its number of row r is AT(column, r). */
+typedef struct {
+    double *at;
+    int64_t step; /* from one row to the next */
+} Column;
+
+#define AT(column, row) ((column).at[(row) * (column).step])
+
+/* Returns object i of a table of n objects. */
+static inline Column column_of(double *table, int64_t n, int64_t i)
+{
+    return (Column){table + i, n};
+}
+
+/* Returns whether all of `rows` are objects of a table of n. */
+static inline bool all_inside(const int64_t *rows, int64_t count, int64_t n)
+{
+    for (int64_t k = 0; k < count; k++)
+        if (rows[k] < 0 || rows[k] >= n)
+            return false;
+    return true;
+}
+
 /* The first hypothesis; those after it are kinds of motion, of which some observers know one. */
 enum { RESTING, MOVING };
 
@@ -26,14 +49,11 @@ typedef struct {
     "f8[models,n] share, f8[hypotheses,2,n] position, f8[hypotheses,2,n] variance, f8[hypotheses,n] covariance_ne, "    \
     "f8[hypotheses,4,4,n] unseen"
 
-/* Returns the state of the five arguments from number k on. */
-static inline HorizontalState horizontal_from(const Argument *arguments, int k)
+/* Returns the state of the five arguments after the first. */
+static inline HorizontalState horizontal_from(const Argument *arguments)
 {
-    return (HorizontalState){
-        ARRAY(double, k),     ARRAY(double, k + 1), ARRAY(double, k + 2),
-        ARRAY(double, k + 3), ARRAY(double, k + 4), smaller_i(SIZE(k, 0), SIZE(k + 1, 0) - 1),
-        SIZE(k, 1),
-    };
+    return (HorizontalState){ARRAY(double, 1), ARRAY(double, 2), ARRAY(double, 3), ARRAY(double, 4), ARRAY(double, 5),
+                             smaller_i(SIZE(1, 0), SIZE(2, 0) - 1), SIZE(1, 1)};
 }
 
 /* What `count` measurements say beyond north and east: (2, count) each, if the objects rest and if they move. */

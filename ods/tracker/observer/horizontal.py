@@ -5,10 +5,13 @@ from typing import Any, NamedTuple, Protocol
 from ods.base.arrays import Floats, Indices
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.named import Named, TrackTable
-from ods.tracker.observer.sensitivity import Heights
 
 RESTING, MOVING = range(2)
 """The first hypothesis; those after it are kinds of motion, of which some observers know one."""
+STATE = 4
+"""Rows of a state: north, east and their velocities."""
+VELOCITY = 2
+"""First of the rows of the velocities."""
 
 
 class HorizontalState(NamedTuple):
@@ -23,7 +26,7 @@ class HorizontalState(NamedTuple):
     covariance_ne: Floats
     """(h, n)."""
     unseen: Floats
-    """(h, UNSEEN, STATE, n) derivatives of the states by what is not seen (`sensitivity`)."""
+    """(h, UNSEEN, STATE, n) derivatives of the states by what is not seen (`sensitivity.h`)."""
 
 
 class KindsOfMotion(Protocol):
@@ -47,6 +50,19 @@ class NewPlaces(NamedTuple):
     """(k,)."""
     sensitivity: Floats
     """(UNSEEN, 2, k) derivatives of the position."""
+
+
+class Heights(NamedTuple):
+    """What an echo's place in the fan says of the heights of the k objects seen: (2, k), static and moving."""
+
+    height: Floats
+    variance: Floats
+    square: Floats
+    """What was learned of the square of the height, about that mean: its mean, m^2,"""
+    square_variance: Floats
+    """and its variance, m^4."""
+    step: Floats
+    """By which the height changed."""
 
 
 class Learned(NamedTuple):
@@ -75,8 +91,8 @@ class HorizontalFilter(Protocol):
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (2, n) of the velocity of objects if they move."""
 
-    def append(self, new: NewPlaces) -> None:
-        """Append objects whose velocity is unknown."""
+    def start(self, new: NewPlaces) -> None:
+        """Fill in the last k objects, whose numbers are all 0: their velocity is unknown."""
 
     def update(
         self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Named[Heights]
@@ -93,4 +109,4 @@ class HorizontalFilter(Protocol):
         """Let the static hypotheses of `heirs` learn where those of `old`, the same objects, were."""
 
     def tables(self) -> list[TrackTable[Any]]:
-        """Return all that is known of the objects."""
+        """Return all that is known of the objects: they are appended, and removed, there."""

@@ -28,23 +28,23 @@ static inline double probability(double odds)
     return 1.0 / (1.0 + exp(-odds));
 }
 
-/* Sets k objects from `first` on: height, its variance, radius, its variance, and variance of the vehicle's position. */
-KERNEL(common_start, "out " COMMON_STATE ", int first, f8[k] height, f8[k] variance, f8[k] radius, f8[k] radius_variance, "
+/* Sets the last k objects: height, its variance, radius, its variance, and variance of the vehicle's position. */
+KERNEL(common_start, "out " COMMON_STATE ", f8[k] height, f8[k] variance, f8[k] radius, f8[k] radius_variance, "
                      "f8[2] pose_variance, float odds, float climb_variance")
 {
-    const int64_t n = SIZE(0, 1), first = INT(1), count = SIZE(2, 0);
+    const int64_t n = SIZE(0, 1), count = SIZE(1, 0);
     const CommonState s = common_rows(ARRAY(double, 0), n);
-    const double *height = ARRAY(const double, 2), *variance = ARRAY(const double, 3);
-    const double *radius = ARRAY(const double, 4), *radius_variance = ARRAY(const double, 5);
-    const double *pose_variance = ARRAY(const double, 6);
-    if (first < 0 || first + count > n)
+    const double *height = ARRAY(const double, 1), *variance = ARRAY(const double, 2);
+    const double *radius = ARRAY(const double, 3), *radius_variance = ARRAY(const double, 4);
+    const double *pose_variance = ARRAY(const double, 5);
+    if (count > n)
         return;
-    for (int64_t k = 0, i = first; k < count; k++, i++) {
+    for (int64_t k = 0, i = n - count; k < count; k++, i++) {
         s.rest_height[i] = s.height[i] = height[k];
         s.rest_height_variance[i] = s.height_variance[i] = variance[k];
         s.rest_square_variance[i] = s.square_variance[i] = FOURTH_MOMENT * square(variance[k]);
-        s.residual[i] = FLOAT(8);
-        s.radius[i] = radius[k], s.radius_variance[i] = radius_variance[k], s.odds[i] = FLOAT(7);
+        s.residual[i] = FLOAT(7);
+        s.radius[i] = radius[k], s.radius_variance[i] = radius_variance[k], s.odds[i] = FLOAT(6);
         s.pose_north[i] = pose_variance[0], s.pose_east[i] = pose_variance[1];
     }
 }
@@ -165,31 +165,69 @@ static void report(const CommonState *s, const HorizontalState *where, int64_t h
 }
 
 /* Fills weight, position, variance, by_height and shared of `Belief`. */
-KERNEL(hypotheses, COMMON_STATE ", " HORIZONTAL_STATE ", out f8[hypotheses,n] weight, out f8[hypotheses,3,n] place, "
-                   "out f8[hypotheses,3,n] spread, out f8[hypotheses,2,n] by_height, out f8[hypotheses,3,n] shared")
+static void report_all(const CommonState *s, const HorizontalState *where, const Reported *reported)
 {
-    const HorizontalState where = horizontal_from(arguments, 1);
-    const int64_t n = where.n;
-    const CommonState s = common_rows(ARRAY(double, 0), n);
-    const Reported reported = {ARRAY(double, 6), ARRAY(double, 7), ARRAY(double, 8), ARRAY(double, 9), ARRAY(double, 10)};
-    if (where.models < 0)
-        return;
-    for (int64_t h = 0; h <= where.models; h++)
-        report(&s, &where, h, &reported);
+    const int64_t n = where->n;
+    for (int64_t h = 0; h <= where->models; h++)
+        report(s, where, h, reported);
     for (int64_t i = 0; i < n; i++)
-        reported.weight[i] = probability(s.odds[i]);
-    for (int64_t h = 1; h <= where.models; h++)
+        reported->weight[i] = probability(s->odds[i]);
+    for (int64_t h = 1; h <= where->models; h++)
         for (int64_t i = 0; i < n; i++)
-            reported.weight[h * n + i] = (1.0 - reported.weight[i]) * where.share[(h - 1) * n + i];
-    const Creep creeps = creep(&s, &where);
-    double *shared = reported.shared + 3 * RESTING * n;
+            reported->weight[h * n + i] = (1.0 - reported->weight[i]) * where->share[(h - 1) * n + i];
+    const Creep creeps = creep(s, where);
+    double *shared = reported->shared + 3 * RESTING * n;
     for (int64_t i = 0; i < n; i++) {
-        if (reported.weight[i] == 1.0)
+        if (reported->weight[i] == 1.0)
             continue;
         shared[i] += creeps.chance[i] * creeps.nn[i];
         shared[n + i] += creeps.chance[i] * creeps.ee[i];
         shared[2 * n + i] += creeps.chance[i] * creeps.ne[i];
     }
+}
+
+/* Adds the variances, (3, n), and covariance, (n,), of hypothesis h about the mean of all, (3, n). */
+static void add_spread(const Reported *reported, const double *covariances_ne, int64_t n, int64_t h, const double *mean,
+                       double *variance, double *covariance_ne)
+{
+    const double *weight = reported->weight + h * n, *position = reported->position + 3 * h * n;
+    for (int axis = 0; axis < 3; axis++) {
+        const double *own = reported->variance + (3 * h + axis) * n;
+        const double *middle = mean + axis * n, *place = position + axis * n;
+        double *restrict sum = variance + axis * n;
+        for (int64_t i = 0; i < n; i++)
+            sum[i] += weight[i] * (own[i] + square(place[i] - middle[i]));
+    }
+    const double *own = covariances_ne + h * n;
+    double *restrict sum = covariance_ne;
+    for (int64_t i = 0; i < n; i++)
+        sum[i] += weight[i] * (own[i] + (position[i] - mean[i]) * (position[n + i] - mean[n + i]));
+}
+
+/* Fills weight, position, variance, by_height and shared of `Belief`, and the first five fields of `Estimate`. */
+KERNEL(belief_and_moments, COMMON_STATE ", " HORIZONTAL_STATE
+       ", out f8[hypotheses,n] weight, out f8[hypotheses,3,n] place, out f8[hypotheses,3,n] spread, "
+       "out f8[hypotheses,2,n] by_height, out f8[hypotheses,3,n] shared, out f8[3,n] mean, out f8[3,n] mean_spread, "
+       "out f8[n] mixed, out f8[2,n] height, out f8[3,n] all")
+{
+    const HorizontalState where = horizontal_from(arguments);
+    const int64_t n = where.n, hypotheses = where.models + 1;
+    const CommonState s = common_rows(ARRAY(double, 0), n);
+    const Reported reported = {ARRAY(double, 6), ARRAY(double, 7), ARRAY(double, 8), ARRAY(double, 9), ARRAY(double, 10)};
+    double *mean = ARRAY(double, 11), *variance = ARRAY(double, 12), *covariance_ne = ARRAY(double, 13);
+    if (where.models < 0)
+        return;
+    report_all(&s, &where, &reported);
+    for (int axis = 0; axis < 3; axis++) {
+        mixture(reported.weight, reported.position + axis * n, 3 * n, hypotheses, n, mean + axis * n);
+        mixture(reported.weight, reported.shared + axis * n, 3 * n, hypotheses, n, ARRAY(double, 15) + axis * n);
+    }
+    for (int axis = 0; axis < 2; axis++)
+        mixture(reported.weight, reported.by_height + axis * n, 2 * n, hypotheses, n, ARRAY(double, 14) + axis * n);
+    memset(variance, 0, (size_t)(3 * n) * sizeof *variance);
+    memset(covariance_ne, 0, (size_t)n * sizeof *covariance_ne);
+    for (int64_t h = 0; h < hypotheses; h++)
+        add_spread(&reported, where.covariance_ne, n, h, mean, variance, covariance_ne);
 }
 
 /* Mean and variance, (2, n) north and east each, of the velocity. */
@@ -236,7 +274,7 @@ static Two crept(const CommonState *s, const HorizontalState *where, Moments ste
 KERNEL(velocities, COMMON_STATE ", " HORIZONTAL_STATE ", f8[2,n] mean, f8[2,n] spread, f8[2,n] steady_mean, "
                    "f8[2,n] steady_variance, bool by_place, out f8[2,3,n] moments")
 {
-    const HorizontalState where = horizontal_from(arguments, 1);
+    const HorizontalState where = horizontal_from(arguments);
     const int64_t n = where.n;
     const CommonState s = common_rows(ARRAY(double, 0), n);
     const Moments moving = {ARRAY(const double, 6), ARRAY(const double, 7)};

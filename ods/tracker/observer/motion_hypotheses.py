@@ -13,10 +13,9 @@ import numpy as np
 from ods.base.arrays import Floats, Indices
 from ods.compiled import native
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
-from ods.tracker.named import Named, TrackTable, extend
-from ods.tracker.observer.belief import Belief
-from ods.tracker.observer.horizontal import RESTING, HorizontalFilter, KindsOfMotion, NewPlaces
-from ods.tracker.observer.sensitivity import Heights
+from ods.tracker.named import Named, TrackTable
+from ods.tracker.observer.belief import Belief, Estimate
+from ods.tracker.observer.horizontal import RESTING, Heights, HorizontalFilter, KindsOfMotion, NewPlaces
 from ods.tracker.settings import STATIC, MotionSettings
 
 ESTABLISHED = math.log(STATIC) - math.log1p(-STATIC)
@@ -57,41 +56,18 @@ class CommonState(NamedTuple):
     """Variance of the vehicle's own position when the object was last seen, m^2: it is a bias, which echoes share."""
     pose_east: Floats
     rest_square: Floats
-    """What is known of the square of the height, about its mean: mean and variance (`sensitivity.Heights`)."""
+    """What is known of the square of the height, about its mean: mean and variance (`Heights`)."""
     rest_square_variance: Floats
     square: Floats
     """And if it moves."""
     square_variance: Floats
 
 
-class NewCommon(NamedTuple):
-    """Of k new objects."""
-
-    height: Floats
-    """(k,)."""
-    variance: Floats
-    """(k,) of the height."""
-    radius: Floats
-    """(k,)."""
-    radius_variance: Floats
-    """(k,)."""
-    pose_variance: Floats
-    """(2,), as in `PositionMeasurement`."""
-    odds: float
-
-
-class Velocities(NamedTuple):
-    """Mean and variance, (2, n) north and east each, of n objects if they move."""
-
-    mean: Floats
-    variance: Floats
-    steady_mean: Floats
-    """Those of the first kind of motion, with which an object may drift slowly."""
-    steady_variance: Floats
-
-
 class StaticOrMovingObserver:
-    """See `ods.tracker.observer.registry.Observer`."""
+    """An observer. It keeps one column an object; `rows` are indices of objects.
+
+    Objects that end are removed from `tables`, and new ones appended there, before `start` or `recall` fills them in.
+    """
 
     def __init__(
         self, settings: MotionSettings, horizontal: HorizontalFilter, kinds: KindsOfMotion | None = None
@@ -110,28 +86,25 @@ class StaticOrMovingObserver:
         self._horizontal.predict(dt)
         native.common_predict(self._table.table, dt, noise)
 
-    def belief(self) -> Belief:
-        """Return all hypotheses of all objects, the static one first."""
-        s, horizontal, usual = self._table.rows, self._horizontal.state(), self._settings.acceleration_noise
+    def belief_and_moments(self) -> tuple[Belief, Estimate]:
+        """Return all hypotheses of all objects, the static one first; the arrays may be views that the next change
+        spoils."""
+        s, horizontal = self._table.rows, self._horizontal.state()
         hypotheses, n = horizontal.covariance_ne.shape
         weight, by_height = np.empty((hypotheses, n)), np.empty((hypotheses, 2, n))
         position, variance, shared = np.empty((3, hypotheses, 3, n))
-        native.hypotheses(self._table.table, horizontal, weight, position, variance, by_height, shared)
-        return Belief(
-            weight=weight,
-            position=position,
-            variance=variance,
-            covariance_ne=horizontal.covariance_ne,
-            by_height=by_height,
-            shared=shared,
-            radius=s.radius,
-            radius_variance=s.radius_variance,
-            static=weight[RESTING],
-            restless=None if self._kinds is None else self._kinds.noise @ horizontal.share - usual,
-        )
+        mean, spread, all_share = np.empty((3, 3, n))
+        both = mean, spread, np.empty(n), np.empty((2, n)), all_share
+        native.belief_and_moments(self._table.table, horizontal, weight, position, variance, by_height, shared, both)
+        size_and_rest = s.radius, s.radius_variance, weight[RESTING]
+        restless = np.zeros(n)
+        if self._kinds is not None:
+            restless = self._kinds.noise @ horizontal.share - self._settings.acceleration_noise
+        belief = weight, position, variance, horizontal.covariance_ne, by_height, shared, *size_and_rest, restless
+        return Belief(*belief), Estimate(*both, *size_and_rest)
 
     def static(self) -> Floats:
-        """Return (n,) the probability that each object does not move."""
+        """Return (n,) the probability that each object does not move: that of the belief, which is more work."""
         odds = self._table.rows.odds
         static = np.empty(len(odds))
         native.all_static(odds, static)
@@ -147,33 +120,27 @@ class StaticOrMovingObserver:
         moving, moments = self._horizontal.velocity(), np.empty((2, 3, len(self._table)))
         # A velocity that may change at any time never becomes sure: what rests creeps only if its place speaks for it.
         steady, by_place = (moving, True) if self._kinds is None else (self._kinds.steady(), False)
-        velocities = Velocities(*moving, *steady)
-        native.velocities(self._table.table, self._horizontal.state(), velocities, by_place, moments)
+        native.velocities(self._table.table, self._horizontal.state(), moving, steady, by_place, moments)
         mean, variance = moments
         return mean, variance
 
     def start(self, measured: PositionMeasurement) -> None:
-        """Append new objects, one a measurement, anywhere in the fan's height."""
+        """Fill in the last objects, one a measurement, anywhere in the fan's height."""
         variance = measured.half_height**2 / 3.0
         noise = np.array([measured.variance_north, measured.variance_east])
-        self._horizontal.append(NewPlaces(measured.position[:2], noise, measured.covariance_ne, measured.sensitivity))
-        alike = measured.position[2], variance, measured.radius, measured.radius_variance
-        self._append(NewCommon(*alike, measured.pose_variance, self._new_odds))
+        self._horizontal.start(NewPlaces(measured.position[:2], noise, measured.covariance_ne, measured.sensitivity))
+        alike = measured.position[2], variance, measured.radius, measured.radius_variance, measured.pose_variance
+        native.common_start(self._table.table, alike, self._new_odds, self._settings.vertical_velocity_sigma**2)
 
     def recall(
         self, position: Floats, variance: Floats, covariance_ne: Floats, radius: Floats, radius_variance: Floats
     ) -> None:
-        """Append objects from the map, known not to move: (3, k), (3, k), (k,), (k,), (k,)."""
+        """Fill in the last objects, from the map, known not to move: (3, k), (3, k), (k,), (k,), (k,)."""
         variance = np.maximum(variance, LEAST_VARIANCE)
         unseen = np.zeros((UNSEEN, 2, len(radius)))
-        self._horizontal.append(NewPlaces(position[:2], variance[:2], covariance_ne, unseen))
-        radius_variance = np.maximum(radius_variance, LEAST_VARIANCE)
-        self._append(NewCommon(position[2], variance[2], radius, radius_variance, np.zeros(2), math.inf))
-
-    def _append(self, new: NewCommon) -> None:
-        first = self._table.table.shape[-1]
-        extend([self._table], len(new.radius))
-        native.common_start(self._table.table, first, new, self._settings.vertical_velocity_sigma**2)
+        self._horizontal.start(NewPlaces(position[:2], variance[:2], covariance_ne, unseen))
+        alike = position[2], variance[2], radius, np.maximum(radius_variance, LEAST_VARIANCE), np.zeros(2)
+        native.common_start(self._table.table, alike, math.inf, self._settings.vertical_velocity_sigma**2)
 
     def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats) -> None:
         """Take one measurement an object, `since_s` after its last one."""

@@ -17,7 +17,6 @@
 #ifndef ODS_SENSITIVITY_H
 #define ODS_SENSITIVITY_H
 
-#include "ods/tracker/observer/column.h"
 #include "ods/tracker/observer/horizontal.h"
 
 /* Mean of the height's fourth power, from its middle, over the square of its variance: that of an even distribution; */

@@ -9,11 +9,10 @@ import math
 from collections import deque
 
 from ods.base.clock import NS
-from ods.base.frames.quaternion import rotated
+from ods.base.frames.quaternion import rotated, turn_between
 from ods.messages import Pose
 from ods.pose.buffer import NORM_TOLERANCE
 from ods.pose.motion import PoseMotion
-from ods.pose.turn import turn_between
 from ods.tracker.common_error.causes import SIGNIFICANT
 from ods.tracker.measurement.pose.pose_noise import AT_LEAST_M
 from ods.tracker.output.validity import SETTLE_S
@@ -63,10 +62,11 @@ class PoseSense:
             return ""
         if pose.t_ns <= before.t_ns:
             return ""
-        jump = _jump_of_place(settled, pose) or _jump_of_attitude(before, pose)
+        turn = turn_between(before.attitude, pose.attitude)
+        jump = _jump_of_place(settled, pose) or _jump_of_attitude(before, pose, turn)
         if jump:
             self._jump, self._jumped_ns = jump, pose.t_ns
-        if turn_between(before, pose) > FLICKER_RAD + _explained_turn(before, pose, FLICKER_SIGMAS):
+        if turn > FLICKER_RAD + _explained_turn(before, pose, FLICKER_SIGMAS):
             self._flickers_ns.append(pose.t_ns)
         if pose.position_ned == settled.position_ned:
             self._way_m += math.hypot(*pose.velocity_body) * (pose.t_ns - before.t_ns) / NS
@@ -130,9 +130,8 @@ def _jump_of_place(earlier: Pose, later: Pose) -> str:
     return f"the pose jumped by {off_m:.1f} m" if off_m > JUMP_M + SIGNIFICANT * sigma_m + way_m else ""
 
 
-def _jump_of_attitude(earlier: Pose, later: Pose) -> str:
+def _jump_of_attitude(earlier: Pose, later: Pose, turn: float) -> str:
     seconds = (later.t_ns - earlier.t_ns) / NS
-    turn = turn_between(earlier, later)
     if turn <= JUMP_RAD + _explained_turn(earlier, later, SIGNIFICANT):
         return ""
     return f"the pose turned by {math.degrees(turn):.0f} deg within {seconds:.2f} s"

@@ -38,7 +38,7 @@ class Snapshot:
     unseen_s: Floats
     """(n,) part of the time since then in which the object was not observed, s."""
     restless: Floats
-    """(n,) as in `Belief`, 0 for observers without it."""
+    """(n,) as in `Belief`."""
 
     def __len__(self) -> int:
         return len(self.id)
@@ -108,7 +108,7 @@ def snapshot_of(tracks: Tracks) -> Snapshot:
         history.first_utc,
         history.last_utc,
         history.unwatched / NS,
-        np.zeros(len(tracks)) if belief.restless is None else belief.restless,
+        belief.restless,
     )
     return whole.take(history.state != lifecycle.TENTATIVE)
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Mask
+from ods.base.arrays import Floats, Ints, Mask
 from ods.base.clock import NS
 from ods.base.frames.geometry import rotation_matrix
 from ods.pose.buffer import PoseEstimate
@@ -30,21 +30,18 @@ VAGUE = 0.7
 """A velocity known to no better, m/s, shows nothing."""
 FEWEST, APART_M = 4, 20.0
 """Waves are at least this number of objects that move alike, the farthest two of them at least this far apart, m."""
-SUSPECTS = 3
-"""Least number that may be waves, even side by side."""
 REMEMBERED_S = 20.0
 """Time for which their velocity is remembered, s."""
 ALIKE = 9.2
 """Squared distance, in standard deviations, of velocities that are alike: 99 % of them."""
 GRACE_S = 3.0
 """Time for which a wave's track still counts as a wave, s: as waves leave the fan, their tracks stop, or jump to the
-next one. The report of an object that may move with unknown velocity waits as long where waves are known: the edge of
-the fan shows a wave that runs along it at one position."""
-YOUNG_S, YOUNG_M = 1.0, 20.0
-"""Where waves are or may be, an object farther away than this, m, that may move is reported this time, s, after it was
-confirmed: by then its motion is known, and whether others move alike."""
-RESTS = 0.8
-"""Probability from which on an object counts as static."""
+next one. Where waves are, or one object runs and as many as waves may run alike, the report of an object waits as long
+for its velocity: the edge of the fan shows a wave that runs along it at one position."""
+WAITS_FROM_M = 20.0
+"""Range, m, below which it does not wait."""
+RESTS = 0.9
+"""Probability from which on an object counts as static; a wave at the edge of the fan seems to be up to 0.89."""
 
 
 class View(NamedTuple):
@@ -73,31 +70,29 @@ class WaveFilter:
         """Return (n,) bool: objects that are waves; none where the pose is unknown."""
         if view is None or self._settings.list == "all":
             return np.zeros(len(snapshot), bool)
-        high = may_be_at_surface(snapshot, view, self._settings)
-        young = self._young(snapshot, view.utc_ns, YOUNG_S)
+        low, high = heights(snapshot, view, self._settings)
+        young = self._young(snapshot, view.utc_ns)
         if self._velocity is None and not self._until_ns and not high.any():
             return high
-        running = runs(snapshot)
-        suspected = self._learn(snapshot.take(np.flatnonzero(running & high)), view.utc_ns)
-        waits = np.zeros(len(snapshot), bool)
-        if suspected is not None:
-            alike = running & high & (distances(snapshot, suspected) < ALIKE)
-            may_run = high & ~running & (vague(snapshot) | (snapshot.static < RESTS))
-            waits = young & (alike | may_run)
-            if self._velocity is not None:
-                waits |= self._young(snapshot, view.utc_ns, GRACE_S) & may_run
-                self._until_ns |= dict.fromkeys(snapshot.id[alike].tolist(), view.utc_ns + round(GRACE_S * NS))
-        self._forget(snapshot, view.utc_ns)
         distance = np.hypot(*(snapshot.position[:2] - view.head.position_ned[:2, None]))
-        waves = np.isin(snapshot.id, list(self._until_ns)) & (distance > NEAREST_M)
-        waves |= waits & (distance > YOUNG_M)
-        return np.asarray(waves & ~hangs_low(snapshot, self._settings))
+        alike = self._alike(snapshot, high & runs(snapshot), view.utc_ns)
+        unknown = high & ~runs(snapshot) & (vague(snapshot) | (snapshot.static < RESTS))
+        if self._velocity is not None or (alike.any() and is_field(snapshot.take(alike | unknown))):
+            self._count(snapshot.id[young & (alike | unknown) & (distance > WAITS_FROM_M)], view.utc_ns)
+        if self._velocity is not None:
+            self._count(snapshot.id[alike], view.utc_ns + round(GRACE_S * NS))
+        self._forget(snapshot, view.utc_ns)
+        return np.asarray(np.isin(snapshot.id, list(self._until_ns)) & (distance > NEAREST_M) & ~low)
 
-    def _young(self, snapshot: Snapshot, utc_ns: int, age_s: float) -> Mask:
-        """Return (n,) bool: active objects first reported less than `YOUNG_S` ago."""
+    def _count(self, ids: Ints, until_ns: int) -> None:
+        """Count the objects of these ids as waves where they are seen until then."""
+        self._until_ns |= {i: max(until_ns, self._until_ns.get(i, 0)) for i in ids.tolist()}
+
+    def _young(self, snapshot: Snapshot, utc_ns: int) -> Mask:
+        """Return (n,) bool: active objects first reported less than `GRACE_S` ago."""
         self._met_ns = {i: self._met_ns.get(i, utc_ns) for i in snapshot.id.tolist()}
         age_ns = utc_ns - np.array(list(self._met_ns.values()), np.int64)
-        return np.asarray((age_ns >= 0) & (age_ns < age_s * NS) & (snapshot.state == lifecycle.ACTIVE))
+        return np.asarray((age_ns >= 0) & (age_ns < GRACE_S * NS) & (snapshot.state == lifecycle.ACTIVE))
 
     def _forget(self, snapshot: Snapshot, utc_ns: int) -> None:
         """Let those be waves no more that were seen after their time, that the map has, and that are gone."""
@@ -106,25 +101,30 @@ class WaveFilter:
         self._until_ns = {
             i: until
             for i, until in self._until_ns.items()
-            if seen_ns.get(i, until) < until and until - utc_ns <= GRACE_S * NS
+            if i in seen_ns and seen_ns[i] <= until and until - utc_ns <= GRACE_S * NS
         }
 
-    def _learn(self, candidates: Snapshot, utc_ns: int) -> Floats | None:
-        """Take the velocity that most of the candidates share, if they are waves.
+    def _alike(self, snapshot: Snapshot, running: Mask, utc_ns: int) -> Mask:
+        """Return (n,) bool: which of those `running` do so at the velocity of the waves, or of what may be some.
 
-        Return the velocity of the waves, or else of what may be some; None: there are none.
+        Learns the velocity that most of them share, if they are waves.
         """
-        suspected = None
-        best = max((distances(candidates, v) < ALIKE for v in candidates.velocity[:2].T), key=np.sum, default=None)
-        if best is not None:
-            velocity = _mean_velocity(candidates.take(best))
-            if best.sum() >= SUSPECTS and np.hypot(*velocity) > SLOWEST:
-                suspected = velocity
-                if best.sum() >= FEWEST and _extent(candidates.take(best)) > APART_M:
-                    self._velocity, self._known_ns = velocity, utc_ns
-        if abs(utc_ns - self._known_ns) > REMEMBERED_S * NS:
+        groups = (running & (distances(snapshot, v) < ALIKE) for v in snapshot.velocity[:2, running].T)
+        best = max(groups, key=np.sum, default=running)
+        group = snapshot.take(best)
+        fast = len(group) > 0 and bool(np.hypot(*_mean_velocity(group)) > SLOWEST)
+        if fast and is_field(group):
+            self._velocity, self._known_ns = _mean_velocity(group), utc_ns
+        elif abs(utc_ns - self._known_ns) > REMEMBERED_S * NS:
             self._velocity = None
-        return suspected if self._velocity is None else self._velocity
+        if self._velocity is not None:
+            return running & (distances(snapshot, self._velocity) < ALIKE)
+        return best & fast
+
+
+def is_field(snapshot: Snapshot) -> bool:
+    """Return whether objects are enough, and far enough apart, to be waves."""
+    return len(snapshot) >= FEWEST and float(np.hypot(*np.ptp(snapshot.position[:2], axis=1))) > APART_M
 
 
 def runs(snapshot: Snapshot) -> Mask:
@@ -137,23 +137,26 @@ def vague(snapshot: Snapshot) -> Mask:
     return np.asarray(snapshot.sigma_velocity[:2].max(axis=0, initial=0.0) >= VAGUE)
 
 
-def hangs_low(snapshot: Snapshot, settings: SurfaceSettings) -> Mask:
-    """Return (n,) bool: objects known to be deeper than the clearance."""
+def heights(snapshot: Snapshot, view: View, settings: SurfaceSettings) -> tuple[Mask, Mask]:
+    """Return (n,) bool each: objects known to be deeper than the clearance, and those that may be at the surface.
+
+    Heights are known by the main lobe. Where only its sides meet the surface, what they receive seems to be deeper.
+    """
+    elevation = np.abs(elevation_of_surface(snapshot, view, settings))
     lower = snapshot.position[2] - settings.down_m - settings.clearance_m
-    return np.asarray(lower > MARGIN_SIGMAS * snapshot.sigma_position[2])
+    low = (lower > MARGIN_SIGMAS * snapshot.sigma_position[2]) & (elevation < view.half_vertical)
+    is_below = view.head.position_ned[2] > settings.down_m
+    return low, (elevation < LOBES * view.half_vertical) & ~low & is_below
 
 
-def may_be_at_surface(snapshot: Snapshot, view: View, settings: SurfaceSettings) -> Mask:
-    """Return (n,) bool: objects that, by their heights and their last echoes' directions, may be at the surface."""
+def elevation_of_surface(snapshot: Snapshot, view: View, settings: SurfaceSettings) -> Floats:
+    """Return (n,) the elevation, rad, at which the sonar had the surface above each object when it was last seen."""
     age = np.maximum(view.utc_ns - snapshot.last_seen_utc_ns, 0) / NS
     place = (snapshot.position - snapshot.velocity * age).T
     place[:, 2] = settings.down_m
     head = view.head.position_ned - np.outer(age, view.head.velocity_ned)
     forward, starboard, down = ((place - head) @ rotation_matrix(view.head.attitude)).T
-    away = np.hypot(forward, starboard)
-    distance, elevation = np.hypot(away, down), np.arctan2(-down, away)
-    in_fan = (np.abs(elevation) < LOBES * view.half_vertical) & (distance > NEAREST_M) & (head[:, 2] > settings.down_m)
-    return np.asarray(in_fan & ~hangs_low(snapshot, settings))
+    return np.asarray(np.arctan2(-down, np.hypot(forward, starboard)))
 
 
 def distances(snapshot: Snapshot, velocity: Floats) -> Floats:
@@ -165,7 +168,3 @@ def distances(snapshot: Snapshot, velocity: Floats) -> Floats:
 def _mean_velocity(snapshot: Snapshot) -> Floats:
     weight = 1.0 / (snapshot.sigma_velocity[:2] ** 2 + SPREAD**2)
     return np.asarray((weight * snapshot.velocity[:2]).sum(axis=1) / weight.sum(axis=1))
-
-
-def _extent(snapshot: Snapshot) -> float:
-    return float(np.hypot(*np.ptp(snapshot.position[:2], axis=1)))

@@ -14,9 +14,9 @@ from ods.tracker.existence.model import MODEL
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.measurement.scan import Echoes, Scan
-from ods.tracker.named import TrackTable, extend, keep
-from ods.tracker.observer.belief import Belief, Estimate, moment_match
-from ods.tracker.observer.registry import Observer
+from ods.tracker.named import TrackTable, TrackTables
+from ods.tracker.observer.belief import Belief, Estimate
+from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.restart.state import TracksState
 
 EVEN = 0.5
@@ -47,7 +47,7 @@ class History(NamedTuple):
 class Tracks:
     """Live objects, filtered together."""
 
-    def __init__(self, observer: Observer) -> None:
+    def __init__(self, observer: StaticOrMovingObserver) -> None:
         self.unjudged_s = 0.0
         """Time since existence was judged last."""
         self._observer = observer
@@ -55,6 +55,7 @@ class Tracks:
         self._existence = TrackTable(ExistenceTable, (len(ExistenceTable._fields),))
         self.tables: list[TrackTable[Any]] = [self._history, self._existence, *observer.tables()]
         """All that is known of the objects: history, existence, and the observer's."""
+        self._columns = TrackTables(self.tables)
         self._estimated: tuple[Belief, Estimate] | None = None
 
     def __len__(self) -> int:
@@ -83,8 +84,7 @@ class Tracks:
     def belief_and_moments(self) -> tuple[Belief, Estimate]:
         """Return the hypotheses of all objects now, and their moments: computed once for each state of the filters."""
         if self._estimated is None:
-            belief = self._observer.belief()
-            self._estimated = belief, moment_match(belief)
+            self._estimated = self._observer.belief_and_moments()
         return self._estimated
 
     def velocity(self) -> tuple[Floats, Floats]:
@@ -135,8 +135,8 @@ class Tracks:
         clutter: ClutterStatistics,
     ) -> None:
         """Append tentative objects, one an echo, given births a scan and (k,) false alarms a scan at each."""
-        first = self._history.table.shape[-1]
-        extend([self._history, self._existence], len(measured.radius))
+        first = len(self)
+        self._columns.extend(len(measured.radius))
         native.tracks_begin(self._history.table, first, scan.t_ns, scan.utc_ns)
         native.existence_begin(self._existence.table, first, births, density, echoes.table, clutter.values, MODEL)
         self._observer.start(measured)
@@ -149,7 +149,8 @@ class Tracks:
         """
         variance = np.array([o.sigma for o in objects]).T.copy() ** 2
         variance[:2] += pose_variance[:, None]
-        new, exists = self._history.grow(len(objects)), self._existence.grow(len(objects))
+        self._columns.extend(len(objects))
+        new, exists = self._history.last(len(objects)), self._existence.last(len(objects))
         new.id[:], new.echoes[:] = [o.id for o in objects], [o.times_seen for o in objects]
         new.first_utc[:], new.last_utc[:] = zip(
             *((o.first_seen_utc_ns, o.last_seen_utc_ns) for o in objects), strict=True
@@ -175,10 +176,7 @@ class Tracks:
 
     def restore(self, state: TracksState) -> None:
         """Replace the objects by those of another `Tracks` with a like observer. Raises ValueError for other tables."""
-        for table, stored in zip(self.tables, state.tables, strict=True):
-            table.restore(stored)
-        if len({len(table) for table in self.tables}) != 1:
-            raise ValueError("tables of different lengths")
+        self._columns.restore(state.tables)
         self.unjudged_s, self._estimated = state.unjudged_s, None
 
     def settle(self, rows: Indices) -> None:
@@ -204,5 +202,5 @@ class Tracks:
 
     def keep(self, mask: Mask) -> None:
         """Remove the objects where `mask` is False."""
-        keep(self.tables, mask)
+        self._columns.keep(mask)
         self._estimated = None

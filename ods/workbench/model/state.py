@@ -6,8 +6,7 @@ import msgspec
 
 from ods.base.settings import NonNegativeInt, Settings
 from ods.offline.mission import MissionSettings
-from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
-from ods.pipeline.smallest_object import leaves_numbers
+from ods.pipeline.settings import PipelineSettings, leaves_numbers
 from ods.sim_sonar.scene.settings import SceneFile
 
 
@@ -24,7 +23,7 @@ class Tuning(Settings, frozen=True):
         if not self.bypassed:
             return settings
         kept = tuple(stage for place, stage in enumerate(settings.chain()) if place not in self.bypassed)
-        smallest_m = settings.smallest_object_m if leaves_numbers(kept, DEFAULT_STAGES) else 0.0
+        smallest_m = settings.smallest_object_m if leaves_numbers(kept) else 0.0
         return msgspec.structs.replace(settings, stage=kept, smallest_object_m=smallest_m)
 
     def mission(self) -> MissionSettings:

@@ -119,7 +119,7 @@ def test_only_so_many_steps_are_kept() -> None:
 @pytest.mark.parametrize(
     ("action", "complaint"),
     [
-        (do.SetSetting("tracker.observer", 3), "tracker.observer: expected `str`, got `int`"),
+        (do.SetSetting("tracker.observer", 3), "tracker.observer: expected a string, got an integer"),
         (do.SetSetting("tracker.observers", "x"), "tracker.observers: no such setting"),
         (do.SetSetting(f"pipeline.stage[{LAST}].hihg", 3.0), "hihg"),
         (do.BypassStage(LAST, True), "the stage that detects cannot be bypassed"),

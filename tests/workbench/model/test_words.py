@@ -3,8 +3,7 @@
 import pytest
 
 from ods.base.settings import Settings
-from ods.pipeline import built_in  # noqa: F401  it registers the stages
-from ods.pipeline.stage.registry import find_stage, stage_names
+from ods.pipeline.stage.configured import find_stage, stage_names
 from ods.tracker.settings import TrackerSettings
 from ods.workbench.model import actions as do
 from ods.workbench.model.history import History

@@ -8,12 +8,12 @@ import canopen
 
 from ods.base.clock import NS
 from ods.nav_bridge.can.frame import EMCY, HEARTBEAT, NMT, SDO_ANSWER, SDO_REQUEST, SYNC, Frame
-from ods.nav_bridge.canopen.duplicate_node import DuplicateNode
 from ods.nav_bridge.canopen.eds import EdsError, read_dictionary
 from ods.nav_bridge.canopen.ins_monitor import InsMonitor
 from ods.nav_bridge.canopen.node.loop_network import LoopNetwork
 from ods.nav_bridge.canopen.node.own_errors import Fault, OwnErrors
 from ods.nav_bridge.canopen.node.own_objects import OwnObjects
+from ods.nav_bridge.canopen.recent import DuplicateNode
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
 from ods.nav_bridge.source import Send
 

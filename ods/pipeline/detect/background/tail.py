@@ -13,8 +13,8 @@ _SPAN = 32.0
 """The histogram reaches to this multiple of the background; all that is higher goes into its last bin."""
 _BULK = np.array([0.2, 0.02, 0.002])
 """Shares of the cells at which the shape of the distribution is measured."""
-_TAIL = 10.0 ** -np.arange(2.0, 5.5, 0.5)
-"""Shares of the cells of speckle that its tail is fitted at,"""
+_TAIL = np.logspace(-2.0, -5.0, 7)
+"""Shares of the cells of speckle that its tail is fitted at, two a decade,"""
 _WEIGHT = 0.4
 """each weighted by this power of the share."""
 _PARTS = 4

@@ -108,22 +108,22 @@ static void sums_around(const float *row, const bool *gaps, int64_t samples, flo
 }
 
 /* Fills the missing cells of image, in place; number: of the ping. */
-KERNEL(fill_gaps, "out f4[beams,samples] image, b1[beams,samples] missing, f4[drawn] speckle, f4[drawn] dither, int number, "
-                  "float guard, int window")
+KERNEL(fill_gaps, "out f4[beams,samples] image, b1[beams,samples] missing, f4[drawn] speckle, int number, float guard, "
+                  "int window")
 {
     const int64_t beams = SIZE(0, 0), samples = SIZE(0, 1), drawn = SIZE(2, 0);
     const Missing missing = missing_at(&arguments[1], beams, samples);
     const float *speckle = ARRAY(const float, 2);
     float *level = SCRATCH(float, samples), *found = SCRATCH(float, samples), *count = SCRATCH(float, samples);
     float *held = ZEROS(float, samples + 2 * NEIGHBOURS);
-    levels_of_data(ARRAY(float, 0), missing, (float)FLOAT(5), INT(6), level);
+    levels_of_data(ARRAY(float, 0), missing, (float)FLOAT(4), INT(5), level);
     for (int64_t b = 0; b < beams; b++) {
         float *row = ARRAY(float, 0) + b * samples;
         const bool *gaps = missing.marks + b * samples;
         if (next_gap(gaps, 0, samples).begin == samples)
             continue;
         const float gain = gain_of(row, gaps, level, samples);
-        const int64_t begin = begin_of(INT(4), b, drawn);
+        const int64_t begin = begin_of(INT(3), b, drawn);
         sums_around(row, gaps, samples, held, found, count);
         for (int64_t j = 0; j < samples; j++)
             if (gaps[j]) {
@@ -136,14 +136,14 @@ KERNEL(fill_gaps, "out f4[beams,samples] image, b1[beams,samples] missing, f4[dr
 }
 
 /* Adds noise of a count to amplitudes of linear counts, in place. Some fall below 0, which keeps the mean. */
-KERNEL(dither, "out f4[beams,samples] image, f4[drawn] speckle, f4[drawn] dither, int number")
+KERNEL(dither, "out f4[beams,samples] image, f4[drawn] noise, int number")
 {
-    const int64_t samples = SIZE(0, 1), drawn = SIZE(2, 0);
+    const int64_t samples = SIZE(0, 1), drawn = SIZE(1, 0);
     for (int64_t b = 0; b < SIZE(0, 0); b++) {
         float *restrict row = ARRAY(float, 0) + b * samples;
-        int64_t begin = begin_of(INT(3), b, drawn);
+        int64_t begin = begin_of(INT(2), b, drawn);
         for (int64_t done = 0; done < samples; begin = 0) {
-            const float *restrict noise = ARRAY(const float, 2) + begin;
+            const float *restrict noise = ARRAY(const float, 1) + begin;
             const int64_t count = smaller_i(samples - done, drawn - begin);
             for (int64_t j = 0; j < count; j++)
                 row[done + j] += noise[j];

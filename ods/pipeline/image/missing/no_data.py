@@ -8,7 +8,6 @@ import numpy as np
 from ods.base.arrays import AnyArray, Indices, Mask
 from ods.compiled import native
 from ods.messages import Ping
-from ods.pipeline.image.samples.amplitude import full_scale
 
 ALL_DATA: Mask = np.zeros((0, 0), np.bool_)
 """Stands for a mask (beams, samples) in which nothing is marked."""
@@ -26,29 +25,23 @@ class _Zeros(IntFlag):
     STREWN_ABOUT = auto()
 
 
-class NoDataError(ValueError):
-    """The ping marks samples that it does not have."""
-
-
-def samples_without_data(ping: Ping, frame: AnyArray, first: int) -> Mask:
+def samples_without_data(ping: Ping, frame: AnyArray, first: int, top: float) -> Mask:
     """Return which samples, of frame (beams, samples) from column `first` on, hold no data; `ALL_DATA` if all do.
 
-    Raises NoDataError.
+    top: full scale.
     """
-    found = _found(ping, frame, first)
+    found = _found(ping, frame, first, top)
     if not ping.no_data:
         return found
     mask = found if found.size else np.zeros(frame.shape, np.bool_)
     for beam, begin, stop in ping.no_data:
-        if not (0 <= beam < ping.beams and 0 <= begin < stop <= ping.samples):
-            raise NoDataError(f"no_data: there are no samples {begin} to {stop} of beam {beam}")
         mask[beam, begin:stop] = True
     return mask
 
 
-def _found(ping: Ping, frame: AnyArray, first: int) -> Mask:
+def _found(ping: Ping, frame: AnyArray, first: int, top: float) -> Mask:
     """Return what the samples themselves say."""
-    stuck = _stuck_beams(frame, first, full_scale(frame.dtype))
+    stuck = _stuck_beams(frame, first, top)
     starts = np.empty(len(frame), np.int64)
     # logarithms of floats have no value that stands for silence
     silence = ping.dtype != "f4" or ping.scale == "linear"

@@ -36,40 +36,35 @@ static void average(const float *restrict source, int64_t stride, int64_t column
         }
 }
 
-/* Fills columns of out with the mean amplitude of those of frame; table: that of each count. */
-KERNEL(look_up, "rows u1|u2[beams,:] frame, " DECIMATION ", f4[:] table, rows out f4[beams,:] out")
+/* Fills amplitude (count,) with those of samples of a row from `first` on. table: of each count; NULL: samples are
+   linear amplitudes, of which the largest is `most`. */
+static void load_amplitudes(Samples frame, int64_t row, int64_t first, int64_t count, const float *restrict table,
+                            float most, float *restrict amplitude)
 {
-    const Samples frame = SAMPLES(0);
-    const Decimation part = decimation_at(arguments + 1, SIZE(0, 1), SIZE(6, 1));
-    const int64_t count = larger_i(part.columns, 0) * part.stride;
-    const float *restrict table = ARRAY(const float, 5);
-    float *restrict amplitude = SCRATCH(float, count);
-    if (count == 0 || SIZE(5, 0) < (frame.type == 'B' ? 1 << 8 : 1 << 16))
-        return;
-    for (int64_t b = 0; b < SIZE(0, 0); b++) {
-        const char *row = frame.data + b * frame.row_bytes;
-        if (frame.type == 'B')
-            for (int64_t j = 0; j < count; j++)
-                amplitude[j] = table[((const uint8_t *)row)[part.first + j]];
-        else
-            for (int64_t j = 0; j < count; j++)
-                amplitude[j] = table[((const uint16_t *)row)[part.first + j]];
-        average(amplitude, part.stride, part.columns, ARRAY(float, 6) + b * STRIDE(6) + part.begin);
-    }
-}
-
-/* Fills columns of out with the mean of those of frame, which are linear amplitudes, within 0 and `most`. */
-KERNEL(mean_amplitudes, "rows u1|u2|f4[beams,:] frame, " DECIMATION ", float most, rows out f4[beams,:] out")
-{
-    const Decimation part = decimation_at(arguments + 1, SIZE(0, 1), SIZE(6, 1));
-    const int64_t count = larger_i(part.columns, 0) * part.stride;
-    const float most = (float)FLOAT(5);
-    float *restrict amplitude = SCRATCH(float, count);
-    for (int64_t b = 0; b < SIZE(0, 0) && count > 0; b++) {
-        load_samples(SAMPLES(0), b, part.first, 1, count, amplitude);
+    const char *counts = frame.data + row * frame.row_bytes;
+    if (table == NULL) {
+        load_samples(frame, row, first, 1, count, amplitude);
         for (int64_t j = 0; j < count; j++)
             amplitude[j] = smaller_f(larger_f(amplitude[j], 0.0f), most);
-        average(amplitude, part.stride, part.columns, ARRAY(float, 6) + b * STRIDE(6) + part.begin);
+    } else if (frame.type == 'B')
+        for (int64_t j = 0; j < count; j++)
+            amplitude[j] = table[((const uint8_t *)counts)[first + j]];
+    else
+        for (int64_t j = 0; j < count; j++)
+            amplitude[j] = table[((const uint16_t *)counts)[first + j]];
+}
+
+/* Fills columns of out with the mean amplitude of those of frame; table, most: as above, the table may be empty. */
+KERNEL(mean_amplitudes, "rows u1|u2|f4[beams,:] frame, " DECIMATION ", f4[:] table, float most, rows out f4[beams,:] out")
+{
+    const Samples frame = SAMPLES(0);
+    const Decimation part = decimation_at(arguments + 1, SIZE(0, 1), SIZE(7, 1));
+    const int64_t count = larger_i(part.columns, 0) * part.stride, counts = SIZE(5, 0);
+    const bool fits = counts == 0 || (frame.type != 'f' && counts == 1 << 8 * sample_bytes(frame.type));
+    float *amplitude = SCRATCH(float, count);
+    for (int64_t b = 0; b < SIZE(0, 0) && count > 0 && fits; b++) {
+        load_amplitudes(frame, b, part.first, count, counts > 0 ? ARRAY(const float, 5) : NULL, (float)FLOAT(6), amplitude);
+        average(amplitude, part.stride, part.columns, ARRAY(float, 7) + b * STRIDE(7) + part.begin);
     }
 }
 

@@ -21,15 +21,6 @@ MAX_AMPLITUDE = 1e15
 """Larger amplitudes are clipped, so that squares and sums of a whole image stay finite in float32."""
 
 
-def full_scale(dtype: np.dtype[Any]) -> float:
-    """Return the highest sample of a type."""
-    return float(np.iinfo(dtype).max) if dtype.kind == "u" else math.inf
-
-
-AmplitudeTable = Floats32
-"""(256,) or (65536,) linear amplitude of each count."""
-
-
 class SampleScale(NamedTuple):
     """Conversion of recorded samples to linear amplitude."""
 
@@ -37,10 +28,10 @@ class SampleScale(NamedTuple):
     """`linear`, `db` (factor decibels a unit: 20 log10 amplitude) or `log8` (value = factor log10 amplitude, the rule
     of s7k record 7042)."""
     factor: float
-    table: AmplitudeTable | None
-    """For counts that are not linear."""
+    table: Floats32
+    """(256,) or (65536,) linear amplitude of each count that is not linear; (0,) where samples are not such counts."""
     top: float
-    """Full scale."""
+    """Full scale: the highest sample of the type."""
     db_a_count: float
     """What a count is worth where counts are logarithms, dB; 0 where they are not."""
 
@@ -56,14 +47,15 @@ class Decimation(NamedTuple):
     """to before here."""
 
 
-def sample_scale(dtype: np.dtype[np.generic], scale: Scale, factor: float) -> SampleScale:
+def sample_scale(dtype: np.dtype[Any], scale: Scale, factor: float) -> SampleScale:
     """Return how samples of a type become amplitudes; float samples and linear counts need no table."""
     db_a_count = 0.0 if scale == "linear" else 20.0 / factor if scale == "log8" else factor
-    table = None
+    table = np.zeros(0, np.float32)
     if dtype.kind == "u" and scale != "linear":
         counts = np.arange(2 ** (8 * dtype.itemsize), dtype=np.float64)
         table = _from_log(counts, scale, factor).astype(np.float32)
-    return SampleScale(scale, factor, table, full_scale(dtype), db_a_count)
+    top = float(np.iinfo(dtype).max) if dtype.kind == "u" else math.inf
+    return SampleScale(scale, factor, table, top, db_a_count)
 
 
 def to_amplitude(frame: AnyArray, columns: Decimation, scale: SampleScale, out: Image) -> None:
@@ -71,10 +63,8 @@ def to_amplitude(frame: AnyArray, columns: Decimation, scale: SampleScale, out: 
 
     frame: finite float32, or counts whose amplitudes `scale` has a table of. Negative float amplitudes become 0.
     """
-    if scale.table is not None:
-        native.look_up(frame, columns, scale.table, out)
-    elif scale.scale == "linear":
-        native.mean_amplitudes(frame, columns, MAX_AMPLITUDE, out)
+    if scale.table.size or scale.scale == "linear":
+        native.mean_amplitudes(frame, columns, scale.table, MAX_AMPLITUDE, out)
     else:
         first, stride, begin, end = columns
         values = frame[:, first : first + (end - begin) * stride].astype(np.float64)

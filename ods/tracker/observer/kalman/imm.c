@@ -26,9 +26,12 @@ typedef struct {
 } Tables;
 
 #define TABLES "out f8[hypotheses,14,n] filters, out f8[models,n] share, out f8[hypotheses,4,4,n] unseen, out f8[n] apart"
-#define TABLES_AT(k)                                                                                                    \
-    ((Tables){ARRAY(double, k), ARRAY(double, (k) + 1), ARRAY(double, (k) + 2), ARRAY(double, (k) + 3),                 \
-              smaller_i(SIZE((k) + 1, 0), SIZE(k, 0) - 1), SIZE(k, 2)})
+
+static inline Tables tables_of(const Argument *arguments)
+{
+    return (Tables){ARRAY(double, 0), ARRAY(double, 1), ARRAY(double, 2), ARRAY(double, 3),
+                    smaller_i(SIZE(1, 0), SIZE(0, 0) - 1), SIZE(0, 2)};
+}
 
 static inline Column filter_of(const Tables *tables, int64_t h, int64_t i)
 {
@@ -42,26 +45,26 @@ static inline Column unseen_of(const Tables *tables, int64_t h, int64_t i)
 
 /* ---------------------------------------------------------------- new objects, and what is reported of all */
 
-/* Sets k objects from `first` on. */
-KERNEL(imm_start, TABLES ", int first, f8[2,k] position, f8[2,k] variance, f8[k] covariance_ne, f8[4,2,k] sensitivity, "
+/* Sets the last k objects. */
+KERNEL(imm_start, TABLES ", f8[2,k] position, f8[2,k] variance, f8[k] covariance_ne, f8[4,2,k] sensitivity, "
                          "f8[models] usual, float velocity_variance")
 {
-    const Tables tables = TABLES_AT(0);
-    const int64_t first = INT(4), count = SIZE(7, 0);
-    const double *position = ARRAY(const double, 5), *variance = ARRAY(const double, 6);
-    const double *covariance_ne = ARRAY(const double, 7), *sensitivity = ARRAY(const double, 8);
-    const double *usual = ARRAY(const double, 9);
-    if (first < 0 || first + count > tables.n)
+    const Tables tables = tables_of(arguments);
+    const int64_t count = SIZE(6, 0);
+    const double *position = ARRAY(const double, 4), *variance = ARRAY(const double, 5);
+    const double *covariance_ne = ARRAY(const double, 6), *sensitivity = ARRAY(const double, 7);
+    const double *usual = ARRAY(const double, 8);
+    if (count > tables.n)
         return;
     for (int64_t k = 0; k < count; k++) {
-        const int64_t i = first + k;
+        const int64_t i = tables.n - count + k;
         const Place place = {position[k], position[count + k], variance[k], variance[count + k], covariance_ne[k]};
         tables.apart[i] = fmod(GOLDEN * (double)i, EXCHANGE_S);
         for (int64_t m = 0; m < tables.models; m++)
             tables.share[m * tables.n + i] = usual[m];
         for (int64_t h = 0; h <= tables.models; h++) {
             const Column unseen = unseen_of(&tables, h, i);
-            ud_start(filter_of(&tables, h, i), place, h == RESTING ? 0.0 : FLOAT(10));
+            ud_start(filter_of(&tables, h, i), place, h == RESTING ? 0.0 : FLOAT(9));
             for (int c = 0; c < UNSEEN; c++)
                 for (int axis = 0; axis < 2; axis++)
                     BY(unseen, c, axis) = sensitivity[(2 * c + axis) * count + k];
@@ -420,7 +423,7 @@ static void lower_all(Lanes *own, const double *step, int64_t lanes)
 KERNEL(imm_update, TABLES ", i8[k] rows, " POSITION_MEASUREMENT ", f8[k] since_s, f8[models] usual, float change_rate, "
                           "f8[5,2,k] heights, out f8[5,2,k] learned")
 {
-    const Tables tables = TABLES_AT(0);
+    const Tables tables = tables_of(arguments);
     const int64_t count = SIZE(4, 0), *rows = ARRAY(const int64_t, 4);
     const PositionMeasurement measured = position_measurement_from(arguments, 5);
     const Heights heights = height_rows(ARRAY(double, 20), count);
@@ -449,7 +452,7 @@ KERNEL(imm_update, TABLES ", i8[k] rows, " POSITION_MEASUREMENT ", f8[k] since_s
 /* Starts the static hypothesis of `rows` anew where the likeliest of the moving ones is now. */
 KERNEL(imm_rest_there, TABLES ", i8[k] rows")
 {
-    const Tables tables = TABLES_AT(0);
+    const Tables tables = tables_of(arguments);
     const int64_t count = SIZE(4, 0), n = tables.n, *rows = ARRAY(const int64_t, 4);
     if (!all_inside(rows, count, n) || tables.models < 1)
         return;
@@ -470,7 +473,7 @@ KERNEL(imm_rest_there, TABLES ", i8[k] rows")
 /* Starts the moving hypotheses of `rows` anew where the static one is, with unknown velocity, as likely as `usual`. */
 KERNEL(imm_set_out, TABLES ", i8[k] rows, f8[models] usual, float velocity_variance")
 {
-    const Tables tables = TABLES_AT(0);
+    const Tables tables = tables_of(arguments);
     const int64_t count = SIZE(4, 0), n = tables.n, *rows = ARRAY(const int64_t, 4);
     if (!all_inside(rows, count, n))
         return;
@@ -488,7 +491,7 @@ KERNEL(imm_set_out, TABLES ", i8[k] rows, f8[models] usual, float velocity_varia
 /* Lets the static hypotheses of `heirs` learn where those of `old`, the same objects, were. */
 KERNEL(imm_join, TABLES ", i8[k] heirs, i8[k] old")
 {
-    const Tables tables = TABLES_AT(0);
+    const Tables tables = tables_of(arguments);
     const int64_t count = SIZE(4, 0), *heirs = ARRAY(const int64_t, 4), *old = ARRAY(const int64_t, 5);
     if (!all_inside(heirs, count, tables.n) || !all_inside(old, count, tables.n))
         return;

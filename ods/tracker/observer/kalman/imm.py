@@ -13,9 +13,8 @@ import numpy as np
 from ods.base.arrays import Floats, Indices
 from ods.compiled import native
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
-from ods.tracker.named import Named, TrackTable, each, extend
-from ods.tracker.observer.horizontal import HorizontalState, Learned, NewPlaces
-from ods.tracker.observer.sensitivity import STATE, Heights
+from ods.tracker.named import Named, TrackTable, each
+from ods.tracker.observer.horizontal import STATE, Heights, HorizontalState, Learned, NewPlaces
 from ods.tracker.settings import MotionSettings
 
 FACTORS = STATE + 10
@@ -70,11 +69,9 @@ class InteractingModels:
         """See `KindsOfMotion`."""
         return _velocity(self._filters.table[:2], np.ones((1, len(self._filters))))
 
-    def append(self, new: NewPlaces) -> None:
-        """Append objects whose velocity is unknown."""
-        first = self._filters.table.shape[-1]
-        extend(self.tables(), len(new.covariance_ne))
-        native.imm_start(self._numbers(), first, new, self._usual, self._settings.velocity_sigma**2)
+    def start(self, new: NewPlaces) -> None:
+        """Fill in the last objects, whose velocity is unknown."""
+        native.imm_start(self._numbers(), new, self._usual, self._settings.velocity_sigma**2)
 
     def update(
         self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Named[Heights]

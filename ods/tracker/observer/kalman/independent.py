@@ -13,8 +13,16 @@ from ods.base.arrays import Floats, Indices
 from ods.compiled import native
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.named import Named, TrackTable, each
-from ods.tracker.observer.horizontal import MOVING, RESTING, HorizontalState, Learned, NewPlaces
-from ods.tracker.observer.sensitivity import STATE, VELOCITY, Heights
+from ods.tracker.observer.horizontal import (
+    MOVING,
+    RESTING,
+    STATE,
+    VELOCITY,
+    Heights,
+    HorizontalState,
+    Learned,
+    NewPlaces,
+)
 from ods.tracker.settings import MotionSettings
 
 
@@ -74,17 +82,15 @@ class IndependentAxes:
         s = self._table.rows
         return s.velocity, s.residual + s.slope**2 * s.variance
 
-    def append(self, new: NewPlaces) -> None:
-        """Append objects whose velocity is unknown."""
+    def start(self, new: NewPlaces) -> None:
+        """Fill in the last objects, whose velocity is unknown."""
         count = len(new.covariance_ne)
-        rows = self._table.grow(count)
+        rows, together = self._table.last(count), self._together.last(count)
         rows.place[:] = rows.position[:] = new.position
         rows.place_variance[:] = rows.variance[:] = new.variance
         rows.residual[:] = self._settings.velocity_sigma**2
-        together, first = self._together.grow(count), len(self._unseen)
         together.place[:] = together.position[:] = new.covariance_ne
-        self._unseen.grow(count)
-        self._unseen.table[:, :, :VELOCITY, first:] = new.sensitivity
+        self._unseen.table[:, :, :VELOCITY, len(self._unseen) - count :] = new.sensitivity
 
     def update(
         self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Named[Heights]

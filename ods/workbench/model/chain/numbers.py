@@ -2,15 +2,14 @@
 
 import msgspec
 
-from ods.pipeline.settings import DEFAULT_STAGES, StageTable
-from ods.pipeline.smallest_object import Columns, columns_of, leaves_numbers, with_numbers
+from ods.pipeline.settings import Columns, StageTable, columns_of, leaves_numbers, with_numbers
 from ods.workbench.model.chain.edits import Entry, edited
 from ods.workbench.model.state import Tuning
 
 
 def follows(tuning: Tuning) -> bool:
     """Return whether numbers of the chain that runs follow from the smallest object."""
-    return leaves_numbers(tuning.pipeline().chain(), DEFAULT_STAGES)
+    return leaves_numbers(tuning.pipeline().chain())
 
 
 def columns(tuning: Tuning, dr_m: float) -> Columns:

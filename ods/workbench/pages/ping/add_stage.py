@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from nicegui import ui
 from nicegui.elements.menu import MenuItem
 
-from ods.pipeline.stage.registry import find_stage
+from ods.pipeline.stage.configured import find_stage
 from ods.workbench.model.words import sentence
 
 

@@ -7,10 +7,9 @@ import msgspec
 from nicegui import ui
 
 from ods.base.errors import OdsError
-from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
 from ods.pipeline.settings import AttentionSettings, PipelineSettings, StageTable
+from ods.pipeline.stage.configured import find_stage, stage_names
 from ods.pipeline.stage.params import STAGES
-from ods.pipeline.stage.registry import find_stage, stage_names
 from ods.workbench.model import actions as do
 from ods.workbench.model.chain.edits import Entry, edited
 from ods.workbench.model.chain.numbers import columns, follows, numbered, written

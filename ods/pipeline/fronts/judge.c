@@ -1,4 +1,4 @@
-/* The recorded samples around where an echo sets in, as levels (windows.py). */
+/* The recorded samples around where an echo sets in, as levels (judge.py). */
 
 #include <float.h>
 
@@ -7,7 +7,6 @@
 
 /* Of a window's mean amplitude, added to each, so that none is not infinitely below its surroundings. */
 #define LEAST 0.01f
-/* 20 log10 2, 20 log10 e, and the bits of sqrt(1/2). */
 
 static int64_t clipped(int64_t index, int64_t size)
 {

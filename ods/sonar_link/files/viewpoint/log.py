@@ -1,4 +1,4 @@
-"""Logs of Oculus ViewPoint (.oculus): a head, then items with a head and a time each; those of the sonar hold one
+"""Logs of Oculus ViewPoint 1 (.oculus): a head, then items with a head and a time each; those of the sonar hold one
 message of its network stream.
 
 Source of the layout: struct RmLogHeader, RmLogItem and RecordTypes of Blueprint Subsea's SDK, as the public driver
@@ -13,14 +13,11 @@ from mmap import mmap
 from pathlib import Path
 from typing import NamedTuple
 
-from ods.base.clock import NS
 from ods.messages import Ping
 from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.mapped_file import memory_map
-from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence, recorded_ping
-from ods.sonar_link.oculus import image, messages
-from ods.sonar_link.oculus.framer import fault_of
-from ods.sonar_link.oculus.messages import MessageKind
+from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence
+from ods.sonar_link.files.viewpoint.message import check, is_ping, ping_of
 from ods.sonar_link.sync_framer import MAX_PACKET_BYTES
 
 FILE_MARK, ITEM_MARK = (0x11223344).to_bytes(4, "little"), (0xAABBCCDD).to_bytes(4, "little")
@@ -33,8 +30,6 @@ SONAR = 10
 PLAIN, PACKED = 0, 1
 """Compressions; packed is Qt's qCompress: the size, 4 bytes, big endian, and a stream of zlib."""
 QT_SIZE_BYTES = 4
-LATEST_S = 2**33
-"""A time, UTC seconds since 1970, is not beyond the year 2242."""
 
 
 class _Item(NamedTuple):
@@ -100,8 +95,7 @@ def _is_ping(data: mmap, item: _Item, losses: Counter[str]) -> bool:
         losses["other_messages"] += 1
         return False
     try:
-        message = _message(data, item)
-        if messages.unpack_header(message).kind != MessageKind.PING:
+        if not is_ping(_message(data, item)):
             losses["other_messages"] += 1
             return False
         _ping(data, item, 0)
@@ -121,17 +115,10 @@ def _message(data: mmap, item: _Item) -> bytes:
         content = unzip.decompress(content[QT_SIZE_BYTES:], MAX_PACKET_BYTES)
         if not unzip.eof:
             raise ValueError("unpacks to more than a message can hold, or is truncated")
-    fault = fault_of(content)
-    if fault != "" or messages.unpack_header(content).size > len(content):
-        raise ValueError(fault or "truncated")
+    check(content)
     return content
 
 
 def _ping(data: mmap, item: _Item, index: int) -> Ping:
     """Decode the message of an item. Raises ValueError when its numbers do not fit each other."""
-    if not 0.0 <= item.time_s < LATEST_S:
-        raise ValueError("no time")
-    message = _message(data, item)
-    result = messages.decode_ping_result(message, 0)
-    frame, geometry = image.amplitudes_of(result, message, 0), image.geometry_of(result, message, 0)
-    return recorded_ping(frame, geometry, index, round(item.time_s * NS), result.ping_number)
+    return ping_of(_message(data, item), item.time_s, index)

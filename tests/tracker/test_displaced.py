@@ -1,5 +1,6 @@
-"""Static objects that vanish together are reported within a second, whatever has happened to the image."""
+"""Static objects that are elsewhere at once, or vanish together, are reported whatever has happened to the image."""
 
+import itertools
 import math
 from collections.abc import Callable
 
@@ -7,8 +8,8 @@ import numpy as np
 import pytest
 
 from ods.base.frames.geometry import quat_from_euler
+from ods.tracker.common_error.displaced import HELD_S, LONGEST_S, DisplacedObjects
 from ods.tracker.measurement.scan import Scan, vehicle_at
-from ods.tracker.output.vanished import HELD_S, LONGEST_S, VanishedObjects
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
 from tests.tracker.samples import HALF_FOV, NO_SIGMA, RANGE_MAX_M, RATE_HZ, SECTOR, echoes
@@ -16,16 +17,17 @@ from tests.tracker.samples import HALF_FOV, NO_SIGMA, RANGE_MAX_M, RATE_HZ, SECT
 Rows = list[tuple[float, float]]
 PLACES = [(50.0, -12.0), (56.0, 9.0), (62.0, -20.0), (70.0, 16.0), (75.0, -3.0)]
 """North, east, m."""
-FAULT_S, SPEED = 6.0, 1.0
+FAULT_S = 6.0
+Sees = Callable[[Rows], Rows]
 
 
 class Rig:
     """A vehicle that goes north past static objects; each ping shows what `sees` makes of their ranges and bearings."""
 
     def __init__(self, places: Rows = PLACES) -> None:
-        self.tracker, self.vanished = Tracker(TrackerSettings()), VanishedObjects()
+        self.tracker, self.displaced = Tracker(TrackerSettings()), DisplacedObjects()
         self.places = places
-        self.number = 0
+        self.number, self.north, self.speed = 0, 0.0, 1.0
         self.pitch, self.usable = 0.0, True
 
     def sail(self, seconds: float, sees: Callable[[Rows], Rows] = list) -> list[float]:
@@ -34,21 +36,21 @@ class Rig:
         begun = self.number
         while self.number - begun < seconds * RATE_HZ:
             self._ping(sees)
-            if self.vanished.reasons():
+            if self.displaced.reasons():
                 reported.append((self.number - begun) / RATE_HZ)
         return reported
 
     def _ping(self, sees: Callable[[Rows], Rows]) -> None:
         t_s = self.number / RATE_HZ
         self.number += 1
-        north = SPEED * t_s
-        polar = [(math.hypot(n - north, e), math.atan2(e, n - north)) for n, e in self.places]
+        self.north += self.speed / RATE_HZ
+        polar = [(math.hypot(n - self.north, e), math.atan2(e, n - self.north)) for n, e in self.places]
         rows = [(r, b, 1.0) for r, b in sees(polar) if r < RANGE_MAX_M and abs(b) < HALF_FOV]
         attitude = quat_from_euler(0.0, self.pitch, 0.0)
-        vehicle = vehicle_at(np.array([north, 0.0, 4.0]), attitude, NO_SIGMA, NO_SIGMA)
+        vehicle = vehicle_at(np.array([self.north, 0.0, 4.0]), attitude, NO_SIGMA, NO_SIGMA)
         scan = Scan(round(t_s * 1e9), round(t_s * 1e9), vehicle, SECTOR, echoes(rows), self.usable)
         self.tracker.step(scan)
-        self.vanished.look(self.tracker.snapshot(), scan)
+        self.displaced.look(self.tracker.snapshot(), scan)
 
 
 def nothing(_: Rows) -> Rows:
@@ -71,18 +73,74 @@ def turned_by_eight_degrees(rows: Rows) -> Rows:
     return [(r, b + math.radians(8.0)) for r, b in rows]
 
 
-@pytest.mark.parametrize(
-    "sees", [nothing, mirrored, shifted_by_five_metres, ten_percent_longer, turned_by_eight_degrees]
-)
-def test_objects_that_vanish_together_are_reported_within_a_second(sees: Callable[[Rows], Rows]) -> None:
+ELSEWHERE: list[tuple[Sees, str]] = [
+    (mirrored, "port and starboard are exchanged"), (shifted_by_five_metres, "ranges have changed by +5.0 m"),
+    (ten_percent_longer, "ranges have changed by +10.0%"),
+    (turned_by_eight_degrees, "bearings, or the heading, have changed by +8.0 deg"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.0])
+@pytest.mark.parametrize(("sees", "change"), ELSEWHERE)
+def test_objects_that_are_elsewhere_at_once_are_reported_by_two_pings_with_the_change(
+    sees: Sees, change: str, speed: float
+) -> None:
     rig = Rig()
+    rig.speed = speed
     assert rig.sail(FAULT_S) == []
     reported = rig.sail(HELD_S, sees)
+    assert reported[0] == pytest.approx(2.0 / RATE_HZ)
+    assert len(reported) == pytest.approx((HELD_S - reported[0]) * RATE_HZ, abs=2)  # without a gap
+    (reason,) = rig.displaced.reasons()
+    assert f"5 objects are seen elsewhere at once: {change}" in reason
+
+
+@pytest.mark.parametrize("sees", [mirrored, shifted_by_five_metres, ten_percent_longer])
+def test_it_is_reported_while_it_lasts(sees: Sees) -> None:
+    rig = Rig()
+    rig.speed = 0.0
+    rig.sail(FAULT_S)
+    assert rig.sail(2.0 * LONGEST_S, sees)[-1] == pytest.approx(2.0 * LONGEST_S)
+    assert rig.sail(10.0)[-1] == pytest.approx(HELD_S, abs=0.2)
+
+
+def test_after_a_step_of_the_heading_the_new_places_may_be_the_right_ones() -> None:
+    rig = Rig()
+    rig.speed = 0.0
+    rig.sail(FAULT_S)
+    assert HELD_S < rig.sail(20.0, turned_by_eight_degrees)[-1] < HELD_S + 2.0
+
+
+@pytest.mark.parametrize("begun", [0.0, FAULT_S])
+@pytest.mark.parametrize("every", [2, 3])
+def test_ranges_that_alternate_are_reported(every: int, begun: float) -> None:
+    turns = itertools.count()
+    rig = Rig()
+    rig.sail(begun)
+    reported = rig.sail(20.0, lambda rows: rows if next(turns) % every else ten_percent_longer(rows))
+    assert reported[0] < (2.0 if begun == 0.0 else 1.1)
+    assert reported[-1] == pytest.approx(20.0)
+
+
+def test_objects_that_vanish_together_are_reported_within_a_second() -> None:
+    rig = Rig()
+    assert rig.sail(FAULT_S) == []
+    reported = rig.sail(HELD_S, nothing)
     assert 0.3 < reported[0] <= 1.0
     assert reported[-1] == pytest.approx(HELD_S, abs=0.2)  # without a gap
-    assert len(reported) == pytest.approx((HELD_S - reported[0]) * RATE_HZ, abs=2)
-    (reason,) = rig.vanished.reasons()
-    assert "of 5 static objects are not seen any more where they were" in reason
+    (reason,) = rig.displaced.reasons()
+    assert "5 of 5 static objects are not seen any more where they were" in reason
+
+
+@pytest.mark.parametrize("velocity", [(0.9, 0.3), (-0.2, 0.8), (0.0, -1.5)])
+def test_movers_alike_are_not_elsewhere_at_once(velocity: tuple[float, float]) -> None:
+    rig = Rig()
+
+    def move(rows: Rows) -> Rows:
+        rig.places = [(n + velocity[0] / RATE_HZ, e + velocity[1] / RATE_HZ) for n, e in rig.places]
+        return rows
+
+    assert rig.sail(15.0, move) == []
 
 
 def test_it_is_reported_until_others_are_seen_and_no_longer_than_half_a_minute() -> None:
@@ -91,7 +149,7 @@ def test_it_is_reported_until_others_are_seen_and_no_longer_than_half_a_minute()
     assert rig.sail(HELD_S + 2.0, nothing)[-1] > HELD_S + 1.0
     rig.places = [(n + 25.0, e) for n, e in PLACES]
     rig.sail(4.0)
-    assert not rig.vanished.reasons()
+    assert not rig.displaced.reasons()
 
     rig = Rig()
     rig.sail(FAULT_S)
@@ -110,7 +168,7 @@ def test_objects_that_an_operator_drops_do_not_vanish() -> None:
     rig.sail(FAULT_S)
     for number in rig.tracker.snapshot().id.tolist()[:4]:
         rig.tracker.forget(number)
-        rig.vanished.forget(number)
+        rig.displaced.forget(number)
     assert rig.sail(5.0, lambda rows: rows[4:]) == []
 
 
@@ -132,15 +190,6 @@ def test_images_that_show_nothing_are_reported_elsewhere() -> None:
     rig.sail(FAULT_S)
     rig.usable = False
     assert rig.sail(5.0, nothing) == []
-
-
-def test_after_a_jump_of_the_pose_all_begins_again() -> None:
-    rig = Rig()
-    rig.sail(FAULT_S)
-    rig.sail(1.0, mirrored)
-    assert rig.vanished.reasons()
-    rig.vanished.begin_again()
-    assert not rig.vanished.reasons()
 
 
 def test_with_slow_pings_nothing_is_certain() -> None:
