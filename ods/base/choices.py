@@ -10,7 +10,8 @@ SHORTEST_PART = 3
 
 
 def nearest(name: object, known: Iterable[object]) -> object | None:
-    """Return the known name that is nearest, else one of which a word begins alike: ins_eds for inz; None: none is."""
+    """Return the most similar known name, or one with a word of the same beginning (ins_eds for inz); None: there is
+    none."""
     wanted, there = str(name).lower(), {str(item).lower(): item for item in known}
     near = get_close_matches(wanted, there, n=1)
     if near:

@@ -212,7 +212,7 @@ class _Pace:
         self._gaps: deque[int] = deque(maxlen=PACE_OF)
 
     def follow(self, gap_ns: int) -> None:
-        """Take note of the device's time between two messages."""
+        """Record the device's time between two messages."""
         self._gaps.append(gap_ns)
 
     def explains(self, gap_ns: int, wait_ns: int) -> bool:

@@ -29,12 +29,12 @@ def missing_kernels_reason(error: BaseException) -> str:
 
 
 def one_line(error: object) -> str:
-    """Return a text, of somebody else's error as a rule, as one line."""
+    """Return a text, usually of another library's error, as one line."""
     return " ".join(str(error).split())
 
 
 def reason_of(error: BaseException) -> str:
-    """Return the operating system's word for what is behind `error`, else its own text, as one line."""
+    """Return the operating system's text for the cause of `error`, otherwise its own text, as one line."""
     cause: BaseException | None = error
     while cause is not None:
         if isinstance(cause, OSError) and cause.errno:

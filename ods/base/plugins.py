@@ -74,7 +74,7 @@ def add(register: dict[str, PartT], kind: str, name: str, part: PartT) -> None:
 
 
 def reason(error: BaseException) -> str:
-    """Say in one line what went wrong in somebody else's code."""
+    """Return the reason of a failure in a plug-in, as one line."""
     text = one_line(error)
     return text if isinstance(error, OdsError) else f"{type(error).__name__}: {text}"
 
@@ -112,7 +112,7 @@ def _run_file(file: Path) -> None:
 
 
 def _refuse_unsafe(file: Path) -> None:
-    """Raise PluginError when somebody else could have a service, or root, run his code by that file."""
+    """Raise PluginError if another user could make root or a service run code through that file."""
     if file.exists() and _has_rights_of_its_own() and (why := weakness(file)):
         raise PluginError(
             f"{why}; not loaded as root or by a service, as whoever can write to it would gain those rights"

@@ -69,7 +69,7 @@ TYPES = {
 
 
 def complaint_of(error: msgspec.ValidationError, kind: type) -> str:
-    """Turn what msgspec says of a `kind` into a line that begins with the key.
+    """Turn msgspec's error about a `kind` into a line that begins with the key.
 
     "Expected `float`, got `str` - at `$.a.b`" becomes "a.b: expected a number, got a string"; names that `kind` does
     not know, of keys and of choices, come with those that it does, and numbers with their unit.

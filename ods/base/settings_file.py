@@ -44,7 +44,7 @@ def load(path: Path, kind: type[SettingsT]) -> SettingsT:
 
 
 def load_table(path: Path, name: str, kind: type[SettingsT], whole: type[Settings] | None = None) -> SettingsT:
-    """Read one table of a TOML file as `kind`, and do not look into the others. Raises ConfigError.
+    """Read one table of a TOML file as `kind` and ignore the others. Raises ConfigError.
 
     whole: what the file is; no table may be there that it has not, and it has defaults for those that are not there.
     """

@@ -1,4 +1,4 @@
-"""The bench's planner client: listens to everything and keeps what the summary and the picture need."""
+"""The bench's client: receives all messages and keeps the data for the summary and the picture."""
 
 from collections import defaultdict, deque
 from functools import partial
@@ -64,7 +64,7 @@ class Collector:
         self._subscriber = bus.Subscriber(self._context, run_dir, topics, [*PROCESSES, SUPERVISOR])
 
     def listen(self, timeout_s: float) -> None:
-        """Take what comes within `timeout_s`."""
+        """Receive messages for `timeout_s`."""
         received, _ = self._subscriber.receive(timeout_s)
         now = clock.monotonic_ns()
         for _, message in received:

@@ -1,4 +1,4 @@
-"""Where lost pings were lost: what a busy computer explains, and what only ODS can have lost. Pure."""
+"""Finds where pings were lost: those explained by a busy computer, and those lost by ODS. Pure."""
 
 import msgspec
 

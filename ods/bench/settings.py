@@ -58,7 +58,7 @@ class BenchLimits(Settings, frozen=True):
 
 
 class BenchConfig(SimConfig, frozen=True):
-    """A bench run: what is simulated, which configuration is under test, what it must reach."""
+    """A bench run: the simulation, the configuration under test, and the limits."""
 
     seconds: Positive
     """Length of the mission."""

@@ -1,7 +1,6 @@
-"""Contents that a bridge sends of a list: the obstacles that are there, nearest first, where they are at the instant of
-sending.
+"""An obstacle list extrapolated to the instant of sending, nearest obstacles first.
 
-A list is some tenths of a second old when it is sent; receivers that know no age get places of now.
+A list is some tenths of a second old when a bridge sends it; receivers without its age get present positions.
 """
 
 import math
@@ -14,7 +13,7 @@ from ods.messages import ClosestApproach, Obstacle, ObstacleList, PoseAt
 
 @dataclass(frozen=True, slots=True)
 class ExtrapolatedList:
-    """A list that is valid, the vehicle's pose in it, and the instant of sending, CLOCK_MONOTONIC."""
+    """A valid list, its vehicle pose, and the instant of sending, CLOCK_MONOTONIC."""
 
     obstacle_list: ObstacleList
     pose: PoseAt

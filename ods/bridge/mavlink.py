@@ -32,7 +32,7 @@ MOST_BYTES = 1400
 
 
 class Sector(NamedTuple):
-    """What is known in one sector around the bow's direction, m."""
+    """Known distances in one sector relative to the bow, m."""
 
     body_m: float
     """Nearest obstacle or echo; inf: none."""

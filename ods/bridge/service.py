@@ -1,4 +1,4 @@
-"""The bridges by UDP as processes: obstacle lists to somebody else's planner. What is not valid is not sent."""
+"""The UDP bridges as processes: obstacle lists to other planners. Lists that are not valid are not sent."""
 
 from abc import abstractmethod
 from typing import TYPE_CHECKING

@@ -160,6 +160,6 @@ class BridgeSettings(Settings, frozen=True):
 
 
 class BridgeConfig(Settings, frozen=True):
-    """What a bridge's process reads of the configuration."""
+    """Configuration of a bridge process."""
 
     bridge: BridgeSettings = BridgeSettings()

@@ -1,4 +1,4 @@
-"""Sends datagrams to one receiver, and goes on whatever becomes of them."""
+"""Sends datagrams to one receiver, and continues after errors."""
 
 import ipaddress
 import socket

@@ -68,7 +68,7 @@ class ListWorker(Worker[BridgeConfig]):
         self.send(ExtrapolatedList(obstacle_list, obstacle_list.pose, now_ns))
 
     def judged(self, obstacle_list: ObstacleList, silent: str) -> None:
-        """Take note of a list, and of why it is not sent."""
+        """Record a list, and why it is not sent."""
 
     @abstractmethod
     def send(self, extrapolated: ExtrapolatedList) -> None:

@@ -34,7 +34,7 @@ class Echoes(NamedTuple):
 
 
 class Parameters(NamedTuple):
-    """What is estimated, in this order."""
+    """The estimated parameters, in this order."""
 
     north: float
     east: float
@@ -50,7 +50,7 @@ class Parameters(NamedTuple):
 
 
 class HeadPoses(NamedTuple):
-    """What is known: poses, and where the head sits."""
+    """Poses of the sonar's head: the vehicle's poses and the mounting."""
 
     history: PoseHistory
     mounting: MountingSettings

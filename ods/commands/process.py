@@ -12,7 +12,7 @@ from ods.runtime.service import report_exit_reason, run_worker
 
 
 def add_arguments(_parser: ArgumentParser) -> None:
-    """It has none of its own."""
+    """Add no arguments of its own."""
 
 
 def run(args: Namespace) -> None:

@@ -29,7 +29,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    """Do what was asked for; return the exit code. Raises OdsError."""
+    """Run the command; return the exit code. Raises OdsError."""
     if args.is_on:
         return 0 if load(args.config, OnboardConfig).record.on else 1
     if args.finish:

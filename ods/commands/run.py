@@ -9,7 +9,7 @@ from ods.runtime.processes import PROCESSES, on_board
 
 
 def add_arguments(_parser: ArgumentParser) -> None:
-    """It has none of its own."""
+    """Add no arguments of its own."""
 
 
 def run(args: Namespace) -> None:

@@ -11,14 +11,14 @@ DECIBELS = number(-200.0, 300.0, "dB")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """What is not given stays as it is."""
+    """Add the settings; those not given are not changed."""
     parser.add_argument("--range", type=number(0.1, 20_000.0, "metres"), metavar="METRES")
     parser.add_argument("--power", type=DECIBELS, metavar="DB", help="re 1 uPa at 1 m")
     parser.add_argument("--gain", type=DECIBELS, metavar="DB")
 
 
 def run(args: Namespace) -> None:
-    """Ask the sonar process; print what the sonar works with. Raises OdsError."""
+    """Send the request; print the settings that the sonar reports. Raises OdsError."""
     sonar = Sonar(load(args.config, OnboardConfig).bus.run_dir)
     try:
         says = sonar.ask(SonarRequest(range_m=args.range, power_db=args.power, gain_db=args.gain))

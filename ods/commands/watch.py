@@ -40,7 +40,7 @@ def run(args: Namespace) -> int:
 
 
 def _once(run_dir: Path, *, as_json: bool) -> int:
-    """Print one look; return 0 where the list is valid, else 1."""
+    """Print the state once; return 0 if the list is valid, otherwise 1."""
     received = read_once(run_dir)
     if as_json:
         unreachable_reason = bus.unreachable_reason(run_dir, "tracker") if received.newest is None else ""

@@ -14,7 +14,7 @@ from ods.tracker.map.store import copy_of_map
 
 
 def map_file(path: Path | None, site: SiteSettings) -> Iterator[Finding]:
-    """Look at the map's file, or where it is to be made, without touching either."""
+    """Check the map file, or the folder where it will be created, without changing either."""
     if path is None:
         yield Finding("note", "map", "tracker.map.path is not set: static objects are lost when the process ends")
         return

@@ -4,7 +4,7 @@ from typing import Literal, NamedTuple
 
 
 class Finding(NamedTuple):
-    """What was found; "wrong" makes the exit code 1."""
+    """A finding; "wrong" makes the exit code 1."""
 
     level: Literal["good", "note", "wrong"]
     subject: str

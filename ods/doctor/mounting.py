@@ -1,4 +1,4 @@
-"""The sonar's mounting and the INS's place in words, for whoever knows how they are mounted to read over."""
+"""The mounting of sonar and INS in words, to be checked by an installer."""
 
 import math
 from collections.abc import Iterator

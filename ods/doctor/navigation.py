@@ -1,4 +1,4 @@
-"""The navigation source: its files, and, when asked to listen, what it sends."""
+"""Checks the navigation source: its files and, with --listen, the received data."""
 
 import select
 import time
@@ -45,7 +45,7 @@ class Received(NamedTuple):
 
 
 def files(settings: OnboardConfig) -> Iterator[Finding]:
-    """Read the source's files and say what it will wait for."""
+    """Read the source's files and report the messages that it expects."""
     subject = f"navigation by {settings.nav.source}"
     try:
         source = _source(settings, Counter())

@@ -18,7 +18,7 @@ NOISE = bytes(range(256)) * 4
 
 
 def examine(settings: OnboardConfig) -> Iterator[Finding]:
-    """Look at what the configuration plugs in."""
+    """Check the configured plug-ins."""
     yield from _tracker(settings.tracker)
     yield from _protocol(settings.sonar)
     yield from _decoders(settings.recordings)

@@ -1,4 +1,4 @@
-"""The processes that run, and what they say of themselves."""
+"""The running processes and their health."""
 
 import os
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""From a recording into a file of another format: all of it, or nothing is left of the file."""
+"""Converts a recording to a file of another format, completely or not at all."""
 
 import shutil
 from collections import Counter

@@ -60,7 +60,7 @@ class FoxgloveFile:
         return self._writer.register_channel(topic, schema.encoding, number)
 
     def take(self, stamp_ns: int, message: msgspec.Struct) -> None:
-        """Write what a message becomes. Raises OSError, UnfitMessageError."""
+        """Write a converted message. Raises OSError, UnfitMessageError."""
         for topic, content in self._messages.of(stamp_ns, message):
             self._writer.add_message(self._channels[topic], stamp_ns, content.encode(), stamp_ns)
 

@@ -54,7 +54,7 @@ class Ros2Bag:
         self._begun = False
 
     def take(self, stamp_ns: int, message: msgspec.Struct) -> None:
-        """Write what a message becomes. Raises OSError, UnfitMessageError."""
+        """Write a converted message. Raises OSError, UnfitMessageError."""
         found = self._messages.of(stamp_ns, message)
         if not self._begun:
             self._begun = True

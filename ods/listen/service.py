@@ -1,4 +1,4 @@
-"""The process `listen`: what is published on board, passed on to other computers that have a key.
+"""The process `listen`: passes topics on to other computers that have a key.
 
 It stands apart from those on board: readers elsewhere, however slow or hostile, cost them neither memory nor time.
 """
@@ -41,7 +41,7 @@ class ListenWorker(Worker[ListenConfig]):
         service.subscriber.watch_fd(self._tap.fd)
 
     def readable(self, fd: int) -> None:
-        """Pass on what has come."""
+        """Pass on received messages."""
         self._pass_on()
 
     def tick(self) -> None:

@@ -1,4 +1,4 @@
-"""An operator's vetoes: what is ignored, and the requests for it."""
+"""Operators' vetoes, and the requests for them."""
 
 from typing import Annotated, Literal
 

@@ -23,7 +23,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> None:
-    """Write, print and draw what was asked for. Raises OdsError."""
+    """Write, print and draw the requested results. Raises OdsError."""
     if not args.chart and not args.table and not (args.scene and args.out):
         raise OdsError("give SCENE.toml and --out, or --chart, or --table")
     refuse_missing(args.scene)

@@ -24,7 +24,7 @@ from ods.sonar_link.files.s7k.writer import write_s7k
 
 
 def run(args: Namespace) -> None:
-    """Write, print and draw what was asked for. Raises OdsError."""
+    """Write, print and draw the requested results. Raises OdsError."""
     refuse_undrawable(args.chart)
     if args.scene and args.out:
         simulate(args.scene, args.sonar, args.out, args.pings, args.seed, args.style)

@@ -34,7 +34,7 @@ NEAR_AN_OBJECT = 2.0
 
 @dataclass(frozen=True)
 class Accuracy:
-    """What a setting finds at a fixed number of false alarms an image."""
+    """Detection performance of a setting at a fixed number of false alarms per image."""
 
     detection_probability: float
     position_error_m: float
@@ -47,7 +47,7 @@ class Accuracy:
 
 @dataclass(frozen=True)
 class SettingRow:
-    """What is known of one setting."""
+    """Figures of one setting."""
 
     name: str
     ms: float

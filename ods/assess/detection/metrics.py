@@ -18,7 +18,7 @@ CONFIDENCE = 0.95
 
 @dataclass
 class Score:
-    """What the detections of some labelled images are worth; add up with `count_image`."""
+    """Counts of correct and false detections on labelled images; summed by `count_image`."""
 
     images: int = 0
     targets: int = 0

@@ -32,7 +32,7 @@ FALSE_ALARMS = 1.0
 
 @dataclass(frozen=True)
 class OwnRow:
-    """What a setting finds on these images."""
+    """Detection performance of a setting on these images."""
 
     name: str
     ms: float

@@ -1,1 +1,1 @@
-"""Images of which it is known what they show: simulated, drawn, and labelled by eye."""
+"""Labelled images: simulated, drawn, and labelled by eye."""

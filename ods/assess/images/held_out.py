@@ -1,4 +1,4 @@
-"""Look-alikes of tank images by another model than `ods.assess.images.tank`: the check on what was chosen there.
+"""Simulated tank images from another model than `ods.assess.images.tank`, held out from tuning.
 
 Nothing but the ping's form is shared with it. Here objects are drawn from strokes: bottles, tyres, hooks, valves,
 chains, cans, plates and lone knobs, of 2 to 20 dB over the floor around them; beams have a width and side lobes, so a

@@ -1,4 +1,4 @@
-"""Images of which it is known what they show."""
+"""Labelled images."""
 
 from dataclasses import dataclass, field
 

@@ -1,4 +1,4 @@
-"""Look-alikes of images that a high-resolution imaging sonar takes in a water tank.
+"""Simulated images of a high-resolution imaging sonar in a water tank.
 
 128 beams x 500 samples over 30 degrees, cells of about 1 cm, 8-bit logarithmic. Household-sized bodies, 0.2 to 0.6 m,
 that show as filled patches, as near edges, as outlines or as a few glints, 10 to 25 dB over a floor that shines

@@ -1,4 +1,4 @@
-"""Judges the lists of a scene by what is true. Pure."""
+"""Compares the lists of a scene with the truth. Pure."""
 
 import math
 from collections import Counter
@@ -123,7 +123,7 @@ def _over_surroundings(truth: Truth) -> dict[str, float]:
 
 
 class _TargetLog:
-    """What the lists said of one target."""
+    """The lists' reports of one target."""
 
     def __init__(self, name: str) -> None:
         self._name = name

@@ -1,4 +1,4 @@
-"""Judges the lists of a kind of scene: by what is true, and by what they say of themselves. Pure."""
+"""Compares the lists of a kind of scene with the truth, and checks their validity and cautions. Pure."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -41,7 +41,7 @@ class KindScore(NamedTuple):
 
 
 class TrackedList(NamedTuple):
-    """One ping: what is true, and the list of it."""
+    """One ping: the truth and its list."""
 
     truth: Truth
     list: ObstacleList

@@ -1,4 +1,4 @@
-"""Kinds of scene through chain, tracker and list as on board, with what the list says of itself."""
+"""Runs kinds of scene through chain, tracker and list as on board, with validity and cautions."""
 
 import multiprocessing
 from collections.abc import Iterable, Iterator, Sequence

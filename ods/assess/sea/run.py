@@ -1,4 +1,5 @@
-"""A scene through the chain and the tracker without sockets: what a planner would have received for each ping."""
+"""Runs a scene through the chain and the tracker without sockets: the list that a planner would receive for each
+ping."""
 
 import hashlib
 import math
@@ -35,7 +36,7 @@ from ods.tracker.tracker import Tracker
 
 
 class DetectedPing(NamedTuple):
-    """One ping: what is true, and what the chain found."""
+    """One ping: the truth and the chain's detections."""
 
     truth: Truth
     found: Detections
@@ -43,7 +44,7 @@ class DetectedPing(NamedTuple):
 
 
 class Listed(NamedTuple):
-    """One ping: what is true, and what was said."""
+    """One ping: the truth and the published list."""
 
     truth: Truth
     detections: int

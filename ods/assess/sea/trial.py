@@ -9,7 +9,7 @@ from ods.tracker.settings import TrackerSettings
 
 
 class Trial(NamedTuple):
-    """What is tried on every scene."""
+    """Settings to try on every scene."""
 
     sonar: SonarModel
     seconds: float

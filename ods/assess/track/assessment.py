@@ -26,7 +26,7 @@ SEEDS = 5
 
 
 def run(args: Namespace) -> None:
-    """Do what was asked for. Raises OdsError."""
+    """Run the command. Raises OdsError."""
     refuse_undrawable(args.out, args.figures)
     if args.figures:
         draw_paper(args.figures, args.style)

@@ -1,4 +1,4 @@
-"""From what is so to what a sonar says of it: paths of vehicle and objects to detections, with the truth beside."""
+"""Turns paths of vehicle and objects into a sonar's detections, with the truth."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,7 +43,7 @@ class World:
 
 @dataclass(frozen=True)
 class Case:
-    """A scenario as the tracker gets it, and what it does not get."""
+    """A scenario as the tracker receives it, with the truth."""
 
     name: str
     scenario: Scenario
@@ -77,7 +77,7 @@ def polar(world_truth: Floats, position: Floats, yaw: Floats) -> tuple[Floats, F
 
 
 def observe(name: str, world: World, rng: np.random.Generator) -> Case:
-    """Return what a sonar reports of the world."""
+    """Return a sonar's detections of the world."""
     meta = world.meta
     slant, bearing, elevation = polar(world.truth, world.position, world.yaw)
     in_view = (slant < meta.range_max) & (np.abs(bearing) < meta.half_fov) & (np.abs(elevation) < meta.half_vert)

@@ -33,7 +33,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> None:
-    """Do what was asked for. Raises OdsError."""
+    """Run the command. Raises OdsError."""
     refuse_missing(args.config, *args.scene)
     refuse_unwritable(args.out, args.figures, read=(args.config,))
     from ods.assess.track.assessment import run as work  # takes seconds: after what may be wrong

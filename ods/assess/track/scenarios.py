@@ -33,7 +33,7 @@ Random = np.random.Generator
 
 @dataclass(frozen=True)
 class Limits:
-    """What is asked for; None: nothing."""
+    """Targets for a scenario; None: no target."""
 
     gospa: float | None = None
     """In-view score over the reference's."""

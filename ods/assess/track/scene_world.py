@@ -1,4 +1,4 @@
-"""Scenes of the simulator as scenarios: who is where, without images; what the sonar says is made up as in all."""
+"""Scenes of the simulator as scenarios: positions without images; detections are drawn as in all scenarios."""
 
 from pathlib import Path
 

@@ -52,7 +52,7 @@ class Scores:
 
 @dataclass
 class _Tally:
-    """What is counted from scan to scan."""
+    """Counts over the scans."""
 
     owner: dict[int, int] = field(default_factory=dict)
     """Object to the identity that it had last."""

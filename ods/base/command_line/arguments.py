@@ -10,7 +10,7 @@ _PART = re.compile(r"(?P<one>-?\d+)|(?P<first>-?\d*):(?P<stop>-?\d*)(:(?P<step>-
 
 
 class Choice(NamedTuple):
-    """Which of many things that are counted from 0, as Python's slices say it."""
+    """A selection of items counted from 0, in the notation of Python's slices."""
 
     text: str
     parts: tuple[int | slice, ...]

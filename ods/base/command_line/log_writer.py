@@ -1,4 +1,5 @@
-"""Log lines to standard error without waiting: the work goes on while a terminal stands still (Ctrl-S, an ssh session
+"""Writes log lines to standard error without blocking: work continues while a terminal is stopped (Ctrl-S, an ssh
+session
 that stalls) or a pipe is not read."""
 
 import atexit

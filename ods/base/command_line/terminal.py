@@ -22,7 +22,7 @@ class StatusLine:
     """One line on standard error that each `show` replaces and `clear` removes; silent where that is no terminal."""
 
     def show(self, text: str) -> None:
-        """Replace the line; what is wider than the terminal is cut off."""
+        """Replace the line, truncated to the terminal's width."""
         if sys.stderr is not None and sys.stderr.isatty():
             width = os.get_terminal_size(sys.stderr.fileno()).columns
             sys.stderr.write(f"\r{text[: width - 1]}\x1b[K")

@@ -11,7 +11,7 @@ WANTED = 65_536
 
 
 class OpenFilesError(OdsError):
-    """Too few may be open; the text says so in one line."""
+    """The limit of open files is too low; the text is one line."""
 
 
 def allow_enough() -> None:

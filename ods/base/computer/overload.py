@@ -85,7 +85,7 @@ class OverloadMonitor:
         self._seen: deque[tuple[int, ProcessorTime, int]] = deque()
 
     def look(self, now_ns: int) -> None:
-        """Take note of the times until now, CLOCK_MONOTONIC ns; once a second or so."""
+        """Record the processor times until now, CLOCK_MONOTONIC ns; call it about once a second."""
         self._seen.append((now_ns, processor_time(self._pid), _pressed_ns()))
         while len(self._seen) > 2 and now_ns - self._seen[1][0] >= WINDOW_NS:
             self._seen.popleft()

@@ -7,7 +7,7 @@ _ARENA_MAX = -8
 
 
 def use_one_arena() -> None:
-    """Let threads share the pool that they allocate from: glibc would keep what was freed in one for each of them.
+    """Let threads share one allocation arena: glibc would keep freed memory in a separate one for each thread.
 
     To be called before there are threads. Other C libraries are left as they are.
     """
@@ -17,7 +17,7 @@ def use_one_arena() -> None:
 
 
 def release_freed_memory() -> None:
-    """Give back what this process has freed: it takes milliseconds, and as long again when it is needed next."""
+    """Return freed memory to the system: this takes milliseconds, and as long again when the memory is needed next."""
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim is not None:
         trim(0)

@@ -1,1 +1,1 @@
-"""Files that are read and written, whoever made them, and whose they are."""
+"""Reading, writing and ownership of files."""

@@ -12,7 +12,7 @@ ItemT = TypeVar("ItemT")
 
 
 class UnreadableItemError(OdsError):
-    """One item cannot be read, which says nothing of the others; the text is one line."""
+    """One item cannot be read; others may be readable. The text is one line."""
 
 
 class LazySequence(Sequence[ItemT], ABC):

@@ -1,4 +1,4 @@
-"""Could somebody else have written a file, or put another in its place? What is run or trusted must be ours."""
+"""Tests whether another user could have written or replaced a file: files that are run or trusted must be ours."""
 
 import os
 import pwd

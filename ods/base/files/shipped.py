@@ -7,7 +7,7 @@ FOLDER = Path(__file__).parents[2] / "config_files"
 
 
 def shipped_file(name: str) -> Path:
-    """Return config/`name` where the command runs if it is there, else the one that came with the package.
+    """Return config/`name` of the current folder if it exists, otherwise the one in the package.
 
     `name`: such as "sonars/seabat6012.toml". The path returned may not exist.
     """

@@ -54,7 +54,7 @@ def rotated(q: Quaternion, v: Vector3) -> Vector3:
 
 
 def slerp(a: Quaternion, b: Quaternion, f: float) -> Quaternion:
-    """Return the unit quaternion `f` of the way from a to b by the shorter arc; f above 1 goes on beyond b."""
+    """Return the unit quaternion at the fraction `f` of the shorter arc from a to b; f above 1 extrapolates."""
     cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
     sign = 1.0 if cosine >= 0.0 else -1.0
     arc = math.acos(min(cosine * sign, 1.0))

@@ -18,7 +18,7 @@ from ods.sim_sonar.settings import VehicleSettings
 
 
 class Mission(NamedTuple):
-    """What was to be done, and in which world."""
+    """The task and its world."""
 
     scene: Scene
     way_points: list[Vector3]

@@ -1,4 +1,4 @@
-"""The way that an all-knowing planner would have gone on the bench: what the vehicle's own is measured by."""
+"""The path of an all-knowing planner on the bench, to which the vehicle's path is compared."""
 
 import math
 from itertools import pairwise

@@ -24,7 +24,7 @@ def now(extrapolated: ExtrapolatedList, most: int) -> ObstacleList:
 
 
 def heeded(obstacle_list: ObstacleList) -> ObstacleList:
-    """Return the list without what an operator said to ignore, for messages that cannot say so."""
+    """Return the list without vetoed obstacles, for messages that cannot mark them."""
     kept = [each for each in obstacle_list.obstacles if each.ignored_by < 0]
     return (
         obstacle_list

@@ -1,4 +1,4 @@
-"""Writes messages by DDS, and goes on whatever becomes of interface and nodes."""
+"""Writes messages by DDS, and survives changes of interface and nodes."""
 
 from collections.abc import Callable
 from typing import Any

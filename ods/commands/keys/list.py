@@ -7,7 +7,7 @@ from ods.runtime.keys.key_folder import CLIENTS, OPERATORS
 
 
 def add_arguments(_parser: ArgumentParser) -> None:
-    """It has none of its own."""
+    """Add no arguments of its own."""
 
 
 def run(args: Namespace) -> None:

@@ -1,4 +1,4 @@
-"""One look at the processes as one JSON object: docs/hardware/operation.md has its fields."""
+"""The state of the processes as one JSON object: docs/hardware/operation.md has its fields."""
 
 from typing import Any
 

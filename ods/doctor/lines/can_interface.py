@@ -18,7 +18,7 @@ IP_TIMEOUT_S = 5.0
 
 
 def examine(settings: CanSettings) -> Iterator[Finding]:
-    """Look at the interface without sending anything."""
+    """Check the interface without sending anything."""
     subject = f"CAN {settings.interface} {settings.channel}"
     if settings.interface == "socketcan":
         yield from _network(subject, settings)

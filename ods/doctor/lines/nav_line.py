@@ -8,7 +8,7 @@ from ods.nav_bridge.settings import NavSettings
 
 
 def examine(settings: NavSettings) -> Iterator[Finding]:
-    """Look at the line without sending anything."""
+    """Check the line without sending anything."""
     if settings.source != "nmea":
         yield from can_interface.examine(settings.can)
         return

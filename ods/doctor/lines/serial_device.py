@@ -14,7 +14,7 @@ PROMPT_MS = 2
 
 
 def examine(subject: str, device: str, key: str) -> Iterator[Finding]:
-    """Look at a device without opening it; key: the setting that names it."""
+    """Check a device without opening it; key: the setting that names it."""
     try:
         status = Path(device).stat()
     except OSError as error:

@@ -1,4 +1,4 @@
-"""The sonar's line: is it there, and, when asked to listen, what comes over it?"""
+"""Checks the sonar's port and, with --listen, the received data."""
 
 import socket
 import time

@@ -23,7 +23,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> None:
-    """Take out what meets a criterion, and say which and why. Raises OdsError."""
+    """Remove objects that meet a criterion, and print which and why. Raises OdsError."""
     criteria = Criteria(args.existence_below, args.older_than, args.seen_fewer, args.outside)
     if not criteria:
         raise OdsError("say what to remove: --existence-below, --older-than, --seen-fewer or --outside")

@@ -1,4 +1,4 @@
-"""In a planner's place: goes the fastest way, which was found before the start."""
+"""In place of a planner: follows the fastest path, which was found before the start."""
 
 from ods.messages import Clearance, ObstacleList
 from ods.missions.all_knowing.search import PathQuery, TimedPath, fastest_path
@@ -9,18 +9,18 @@ from ods.sim_sonar.steered import VehicleState
 
 
 class PathFollower:
-    """Gives the set points of a way, one each time that it is asked; where there is no way, it goes straight on."""
+    """Returns the set points of a path one by one; without a path it goes straight on."""
 
     def __init__(self, way: TimedPath | None, start: VehicleState, cruise_m_s: float, steps: int) -> None:
-        """`steps`: of the vehicle, from one question to the next."""
+        """`steps`: simulation steps between two set points."""
         self._way, self._start, self._cruise_m_s, self._steps = way, start, cruise_m_s, steps
         self._asked = 0
 
     def receive(self, received: ObstacleList, clearance: Clearance | None) -> None:
-        """Take in what it knows already."""
+        """Ignore the list: the path is fixed."""
 
     def steer(self, now_ns: int) -> SetPoint:
-        """Return what to do until it is asked again; first before the start."""
+        """Return the next set point; the first call is before the start."""
         gone = self._asked * self._steps
         self._asked += 1
         if self._way is None:
@@ -32,7 +32,7 @@ class PathFollower:
 def fastest_path_follower(
     world: World, campaign: Campaign, start: VehicleState, dt_s: float, steps: int
 ) -> PathFollower:
-    """Return who goes the fastest way of a mission: without a near miss if there is one, without a collision if not."""
+    """Return the fastest path of a mission: without near misses if possible, otherwise without collisions."""
     planner, vehicle = campaign.planner, campaign.vehicle
     for keep_m in (campaign.near_miss_m, 0.0):
         query = PathQuery(

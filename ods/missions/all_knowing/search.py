@@ -36,7 +36,7 @@ LOOKS = 8
 
 
 class PathQuery(NamedTuple):
-    """What is to be done, by which vehicle, in which world."""
+    """A search problem: start and goal, vehicle, and obstacles."""
 
     start: VehicleState
     goal_m: tuple[float, float]
@@ -61,7 +61,7 @@ class PathQuery(NamedTuple):
 
 
 class TimedPath(NamedTuple):
-    """What was found."""
+    """A path with its set points."""
 
     orders: list[tuple[float, float]]
     """Heading and speed, each held for `steps` steps."""

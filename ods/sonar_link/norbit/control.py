@@ -81,7 +81,7 @@ class CommandControl:
         self._due_ns = now_ns
 
     def lost(self) -> None:
-        """Say nothing until there is a connection."""
+        """Send nothing until there is a connection."""
         self._connected = False
 
     def requests(self, now_ns: int) -> list[bytes]:

@@ -28,7 +28,7 @@ Buffer = bytes | bytearray | memoryview | mmap
 
 
 class PacketKind(IntEnum):
-    """What a packet holds."""
+    """Contents of a packet."""
 
     BATHYMETRY = 1
     IMAGE = 2
@@ -67,7 +67,7 @@ class Header(NamedTuple):
 
 
 class ImageHead(NamedTuple):
-    """What a packet says of its image."""
+    """Description of the image in a packet."""
 
     sound_speed: float
     sample_rate_hz: float

@@ -9,7 +9,7 @@ OTHER_PORTS = {PacketKind.BATHYMETRY: "bathymetry", PacketKind.SNIPPETS: "snippe
 
 
 class Evidence(NamedTuple):
-    """What is known when no ping comes."""
+    """Evidence for the reason why no ping comes."""
 
     connected: bool
     """With the stream;"""
@@ -31,7 +31,7 @@ class Evidence(NamedTuple):
 
 
 def why(known: Evidence) -> str:
-    """Return the reason, or what to look at."""
+    """Return the reason, or what to check."""
     if not known.connected:
         return _unreachable(known)
     if known.kinds[PacketKind.IMAGE]:

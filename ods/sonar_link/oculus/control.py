@@ -36,7 +36,7 @@ class FireControl:
         self._unlike, self._taken = [], False
 
     def lost(self) -> None:
-        """Say nothing until there is a connection."""
+        """Send nothing until there is a connection."""
         self._due_ns = None
 
     def receive(self, reported: Fire, now_ns: int) -> None:
@@ -50,7 +50,7 @@ class FireControl:
             self._due_ns = now_ns + round(REPEAT_S * NS)
 
     def requests(self, now_ns: int) -> list[bytes]:
-        """Return what is to be sent now."""
+        """Return the messages to send now."""
         if self._due_ns is None or now_ns < self._due_ns:
             return []
         self._due_ns = now_ns + round(REPEAT_S * NS)

@@ -54,7 +54,7 @@ class SweepControl:
         self.refusal = self._other = ""
 
     def requests(self, now_ns: int) -> list[bytes]:
-        """Return what is to be sent now."""
+        """Return the messages to send now."""
         if self._due_ns is None or now_ns < self._due_ns:
             return []
         if self._tried and not self._tried % self._attempts:

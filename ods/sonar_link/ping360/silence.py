@@ -8,7 +8,7 @@ from ods.sonar_link.ping360.messages import PING360, Information, Kind
 
 
 class Evidence(NamedTuple):
-    """What is known when no ping comes."""
+    """Evidence for the reason why no ping comes."""
 
     connected: bool
     transport: Transport
@@ -24,7 +24,7 @@ class Evidence(NamedTuple):
 
 
 def why(known: Evidence) -> str:
-    """Return the reason, or what to look at."""
+    """Return the reason, or what to check."""
     if not known.connected:
         return _unreachable(known)
     if known.said is not None and known.said.kind != PING360:

@@ -37,7 +37,7 @@ class RemoteControl:
         self._setting_requests.resend()
 
     def requests(self, now_ns: int) -> list[ControlRequest]:
-        """Return what is to be sent now."""
+        """Return the messages to send now."""
         due = []
         if self._subscribe_due:
             self._subscribe_due = False

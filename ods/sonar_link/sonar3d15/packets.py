@@ -31,7 +31,7 @@ Buffer = bytes | memoryview | mmap
 
 
 class Packet(NamedTuple):
-    """What a packet holds."""
+    """Contents of a packet."""
 
     kind: str
     """RANGE_IMAGE, BITMAP, IMU, or what the sonar calls it."""

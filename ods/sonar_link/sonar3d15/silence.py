@@ -14,7 +14,7 @@ FOREIGN = "unknown_message", "overlong_record", "short_record"
 
 
 class Evidence(NamedTuple):
-    """What is known when no ping comes."""
+    """Evidence for the reason why no ping comes."""
 
     address: UdpAddress
     source: DatagramSource
@@ -27,7 +27,7 @@ class Evidence(NamedTuple):
 
 
 def why(known: Evidence) -> str:
-    """Return the reason, or what to look at."""
+    """Return the reason, or what to check."""
     if known.kinds[known.images]:
         return "its range images cannot be decoded, or have stopped: see the counters; is it on, and in the water?"
     if known.kinds:

@@ -45,7 +45,7 @@ class UdpLine:
         return sent
 
     def read(self) -> bytes:
-        """Return what has come, b'' when nothing."""
+        """Return received bytes, b'' if none."""
         data = b""
         for _ in range(MAX_READS):
             if self._socket is None:

@@ -30,7 +30,7 @@ _WATER_COLUMN = np.dtype([
 
 
 class ImageSays(NamedTuple):
-    """What a packet says of its image."""
+    """Description of the image in a packet."""
 
     sound_speed: float
     sample_rate_hz: float

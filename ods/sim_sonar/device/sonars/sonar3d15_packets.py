@@ -17,7 +17,7 @@ NS = 1_000_000_000
 
 
 class ImageSays(NamedTuple):
-    """What a packet says of its image."""
+    """Description of the image in a packet."""
 
     time_ns: int
     number: int
