@@ -72,11 +72,11 @@ class Referee:
             self.first_listed_m.update((which, float(clear[which])) for which in sorted(new))
 
     def said(self) -> tuple[bool, Warned]:
-        """Return what was said of the obstacle that the vehicle came nearest to, see `Witness.before`."""
+        """Return the reports of the obstacle nearest to the vehicle, see `Witness.before`."""
         return (False, "") if self._nearest is None else self.witness.before(*self._nearest)
 
     def judge(self, set_point: SetPoint, grounded: bool, dt_s: float) -> None:
-        """Take what the planner did; `grounded`: there is a true reason to leave the course."""
+        """Record the planner's action; `grounded`: an obstacle is a true reason to leave the course."""
         self.not_valid_s += 0.0 if set_point.valid else dt_s
         if set_point.avoiding and not self._evading:
             self.evasions += 1

@@ -1,4 +1,4 @@
-"""The results of a campaign as they come: one JSON line a mission and arm, in order, so that a stopped one goes on."""
+"""The results of a campaign: one JSON line per mission and arm, in order, so that a stopped campaign can continue."""
 
 import os
 import re
@@ -16,7 +16,8 @@ NAME = "missions.jsonl"
 
 
 class Journal:
-    """A file that begins with what its results depend on; what a stopped campaign left half written is cut off."""
+    """A file that begins with the settings its results depend on; a line left incomplete by a stopped campaign is
+    removed."""
 
     def __init__(self, folder: Path, depends_on: Mapping[str, object]) -> None:
         """`depends_on`: what the results are of. Raises OdsError: unwritable, or of something else."""

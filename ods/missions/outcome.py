@@ -8,7 +8,7 @@ Ending = Literal["success", "collision", "time-out"]
 
 
 class Flown(NamedTuple):
-    """A mission and what it cost."""
+    """A mission and its computing time."""
 
     outcome: "Outcome"
     cpu_s: float

@@ -42,7 +42,7 @@ def run(args: Namespace) -> None:
 
 
 def _fly_variants(variants: Mapping[str, Campaign], args: Namespace, console: Console) -> None:
-    """Fly all variants, each in a folder of its own, and print their results in one table."""
+    """Run all variants, each in its own folder, and print their results in one table."""
     for name, campaign in variants.items():
         if not {"ods", "truth"} <= set(campaign.arms):
             raise OdsError(f"{args.campaign}: variant {name}: arms: variants are compared by ods and truth")

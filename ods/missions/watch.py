@@ -41,14 +41,14 @@ NO_ERRORS = ErrorSettings()
 
 
 class Received(NamedTuple):
-    """What the planner receives after a ping."""
+    """The planner's input after a ping."""
 
     list: ObstacleList
     clearance: Clearance | None
 
 
 class Watch(Protocol):
-    """Looks at the world from the vehicle."""
+    """Observes the world from the vehicle."""
 
     def look(self, number: int, sent: VehicleState) -> Received | None:
         """Return what ping `number`, sent from there, led to, once the vehicle has gone on to the next; None: nothing.
@@ -64,7 +64,7 @@ class TruthWatch:
         self._world, self._range_m, self._blind = world, range_m, blind
 
     def look(self, number: int, sent: VehicleState) -> Received:
-        """Return what is there at that time."""
+        """Return the planner's input at that time."""
         t_s, t_ns, pose = sent.t_s, round(sent.t_s * NS), pose_of(sent)
         near = []
         if not self._blind:
@@ -110,7 +110,7 @@ class InImages:
         self._found = Detecting(settings).found(self._pings(), poses)
 
     def found(self, number: int, sent: VehicleState) -> Found:
-        """Return what the pipeline finds."""
+        """Return the pipeline's detections."""
         self._next = number, sent.t_s
         began, self._image_s = time.thread_time(), 0.0
         found = next(self._found)[1]
@@ -142,7 +142,7 @@ class ByLaws:
         self._received_ns = -1
 
     def found(self, number: int, sent: VehicleState) -> Found:
-        """Return what the pipeline might have found."""
+        """Return drawn detections."""
         t_ns = round(sent.t_s * NS)
         ended_ns = t_ns + round(self._listens_s * NS)
         began = time.thread_time()
@@ -158,7 +158,7 @@ class ByLaws:
 
 
 class OnBoard:
-    """The tracker and the clearance, as on board, on what is found."""
+    """Tracker and clearance, as on board, on these detections."""
 
     def __init__(
         self,
@@ -232,7 +232,7 @@ def watch_of(
     laws: Laws | None = None,
     errors: ErrorSettings = NO_ERRORS,
 ) -> Watch:
-    """Return how an arm looks at the world. Raises ValueError, PluginError, StageError."""
+    """Return an arm's observation of the world. Raises ValueError, PluginError, StageError."""
     if arm == "ods":
         return OnBoard(world, vehicle, sonar, settings, laws, errors)
     return TruthWatch(world, sonar.range_max_m, blind=arm != "truth")

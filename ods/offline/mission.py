@@ -1,4 +1,4 @@
-"""Chain and tracker as on board, without sockets: what a planner would have received for each ping."""
+"""Chain and tracker as on board, without sockets: the list that a planner would receive for each ping."""
 
 import time
 from collections import Counter
@@ -43,7 +43,7 @@ class Step(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What the chain made of one ping, and what is needed to track it later."""
+    """The chain's result for one ping, and the data needed to track it later."""
 
     ping_number: int
     t_ns: int

@@ -22,7 +22,7 @@ STATE_COLOURS = {"active": GOOD, "stand_by": WARN, "hibernated": MARK, "terminat
 
 
 class View(NamedTuple):
-    """What a picture shows."""
+    """Contents of a picture."""
 
     image: tuple[Ping, Detections] | None
     path: Floats

@@ -92,7 +92,7 @@ class Indexed:
 
 
 class TruthsByNumber(Mapping[int, Truth]):
-    """What is true at pings, found by their numbers, which rise. Going through all keeps all."""
+    """The truth of pings, found by their increasing numbers."""
 
     def __init__(self, truths: Sequence[Truth]) -> None:
         self._truths = truths

@@ -31,7 +31,7 @@ def _reports() -> Mapping[str, Log[Health]]:
 
 @dataclass
 class RunRecord:
-    """What a run leaves."""
+    """Results of a run."""
 
     lists: Log[tuple[int, ObstacleList]] = field(default_factory=list)
     """(arrival, list) in order of arrival; arrival in CLOCK_MONOTONIC ns."""

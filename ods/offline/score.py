@@ -72,7 +72,7 @@ def _distance(obstacle: Obstacle, target: TruthObject) -> float:
 
 @dataclass
 class _ObjectLog:
-    """What the lists said about one object."""
+    """The lists' reports of one object."""
 
     first_sight_ns: int | None = None
     expected: int = 0

@@ -1,4 +1,4 @@
-"""By how much paths come too near to what is listed: velocity obstacles with a chance constraint."""
+"""Conflicts of candidate paths with listed obstacles: velocity obstacles with a chance constraint."""
 
 import math
 from collections.abc import Sequence

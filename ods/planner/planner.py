@@ -33,7 +33,7 @@ DRIFT_S = 10.0
 
 
 class SetPoint(NamedTuple):
-    """What the vehicle shall do, until the next one."""
+    """Set point of the vehicle, until the next one."""
 
     heading_rad: float
     """From north to east."""
@@ -68,7 +68,7 @@ class Planner:
         """Back to there, while the list is not valid; None: it is."""
 
     def receive(self, latest: ObstacleList, clearance: Clearance | None) -> None:
-        """Take in a list and what goes with it."""
+        """Receive a list and its clearance."""
         if latest.pose is not None:
             self._list = latest
             if latest.valid or self._valid_ns is None:

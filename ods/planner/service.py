@@ -12,7 +12,7 @@ PERIOD_NS = round(0.2 * clock.NS)
 
 
 class PlannerWorker(Worker[PlannerConfig]):
-    """Steers by the newest list and the newest clearance; it takes in nothing else.
+    """Steers by the newest list and the newest clearance, and no other message.
 
     Before the first list with a pose it is silent, as it does not know where it is; and once it has arrived, on CAN:
     the vehicle then stops by its own watchdog. Counters: set_points, not_valid, and those of `CanSender`.

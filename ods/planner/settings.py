@@ -91,6 +91,6 @@ class PlannerSettings(Settings, frozen=True):
 
 
 class PlannerConfig(Settings, frozen=True):
-    """What the planner process reads of the configuration."""
+    """Configuration of the planner process."""
 
     planner: PlannerSettings | None = None

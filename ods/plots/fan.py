@@ -89,7 +89,8 @@ def _pool(level: Floats32, window: int) -> Floats32:
 
 
 def _look_up(image: PolarImage, x: Floats, y: Floats) -> Floats32:
-    """Return what the cell at each pixel's centre shows, (len(y), len(x)); NaN where the fan is half a pixel away."""
+    """Return the value of the cell at each pixel's centre, (len(y), len(x)); NaN half a pixel or more outside the
+    fan."""
     level, bearing, range0_m, dr_m = image
     edges = beam_edges(bearing)
     across, ahead = np.meshgrid(x, y)
@@ -164,7 +165,7 @@ def limits_of(image: PolarImage, pixels: int = PIXELS) -> tuple[float, float]:
 
 
 def draw_fan_image(axes: Axes, image: PolarImage, limits_db: tuple[float, float], pixels: int = PIXELS) -> AxesImage:
-    """Draw an image as the fan it is, with range rings; return what a colour scale is made of."""
+    """Draw an image as a fan with range rings; return the artist for a colour scale."""
     raster = rasterize(image, pixels)
     low, high = limits_db
     picture = axes.imshow(

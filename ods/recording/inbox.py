@@ -44,7 +44,7 @@ class Inbox:
             return taken
 
     def close(self) -> None:
-        """Say that nothing more comes."""
+        """Signal that no more messages follow."""
         with self._changed:
             self._closed = True
             self._changed.notify()

@@ -32,7 +32,7 @@ WAIT_S = 0.5
 
 
 class RecordingWriter(threading.Thread):
-    """Writes what the inbox holds until it is closed; says in `problem` what hinders it.
+    """Writes the inbox's messages until it is closed; `problem` is the reason why it cannot.
 
     `counters`: see those of `record` in the counter table.
     """

@@ -26,7 +26,7 @@ MAX_EXTRAPOLATION_S = 0.5
 
 
 class Recorder:
-    """Writes what it is given, in the order given.
+    """Writes messages in the given order.
 
     Counters: pings, contacts, poses written (not each pose that came is); lost_pings, lost_poses, lost_lists (of
     obstacles): gaps in their sequences, whoever dropped them; unfit_pings (nothing that s7k can carry), unfit_contacts,

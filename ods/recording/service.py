@@ -1,4 +1,4 @@
-"""The record process: everything on the bus to files. Its work loop only takes messages; a thread of its own writes."""
+"""The record process: all messages to files. Its loop only receives messages; a separate thread writes them."""
 
 import os
 import signal
@@ -17,7 +17,7 @@ AT_THE_END_S = 1.2
 
 
 class RecordWorker(Worker[RecordConfig]):
-    """Hands what comes to the thread that writes."""
+    """Passes received messages to the writing thread."""
 
     def __init__(self, service: Service, settings: RecordConfig) -> None:
         super().__init__(service, settings)

@@ -31,7 +31,7 @@ class RecordSettings(Settings, frozen=True):
 
 
 class RecordConfig(Settings, frozen=True):
-    """What the record process reads of the configuration."""
+    """Configuration of the record process."""
 
     record: RecordSettings
     tracker: TrackerSettings = TrackerSettings()

@@ -38,7 +38,7 @@ class TopicSummary:
 
 @dataclass
 class Fault:
-    """What a process complained of."""
+    """A problem that a process reported."""
 
     first_ns: int
     last_ns: int

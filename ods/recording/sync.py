@@ -1,4 +1,4 @@
-"""Puts what was written onto the disk itself, every few seconds, so that a loss of power takes no more than that."""
+"""Syncs written data to the disk every few seconds, so that a power failure loses no more than that."""
 
 import os
 import threading

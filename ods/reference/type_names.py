@@ -1,4 +1,4 @@
-"""Types, defaults and limits as a reader of the pages would say them."""
+"""Types, defaults and limits as text for the pages."""
 
 import inspect
 from collections.abc import Iterable, Iterator

@@ -1,4 +1,4 @@
-"""`ods replay --check`: does the code of here make of a recording what was recorded?"""
+"""`ods replay --check`: tests whether this version reproduces a recording's output."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -48,7 +48,7 @@ class Tally:
 
 
 class Result(NamedTuple):
-    """What a check found."""
+    """Result of a check."""
 
     detections: Tally
     lists: Tally
@@ -98,7 +98,7 @@ def shown(pairs: Iterable[ListPair], count: int) -> Iterable[ListPair]:
 
 
 def report(result: Result, path: Path) -> None:
-    """Print what a check found."""
+    """Print the result of a check."""
     console = Console(highlight=False, soft_wrap=True)
     for tally in (result.detections, result.lists):
         console.print(tally.line())

@@ -1,4 +1,4 @@
-"""Is what came once more what was recorded? To the byte, or within tolerances."""
+"""Compares reproduced messages with recorded ones, byte by byte or within tolerances."""
 
 import math
 from enum import Enum

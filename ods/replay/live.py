@@ -45,7 +45,7 @@ class Wanted(NamedTuple):
 
 
 class Played(NamedTuple):
-    """What was played."""
+    """The messages played."""
 
     messages: int
     losses: "Counter[str]"

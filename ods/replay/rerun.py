@@ -1,4 +1,4 @@
-"""Pipeline and tracker of a recorded mission once more, by the code that runs on board, fed with what they knew."""
+"""Runs pipeline and tracker again on a recorded mission, with the on-board code and the recorded inputs."""
 
 from collections import Counter, deque
 from collections.abc import Iterator

@@ -108,7 +108,7 @@ def print_differences(differences: Differences, counters: "Counter[str]") -> Non
 
 
 def _noted(seen: dict[int, Sighting], original: ObstacleList) -> list[Obstacle]:
-    """Take note of the obstacles of a list, and return those that are in play."""
+    """Record the obstacles of a list, and return those that are not terminated."""
     present = [o for o in original.obstacles if o.state != "terminated"]
     for obstacle in present:
         seen.setdefault(obstacle.id, Sighting(original.t_ns)).lists += 1

@@ -11,7 +11,7 @@ FARTHEST_NS = 2**62
 
 
 class Timeline:
-    """Where recorded instants are on this computer's clocks: at speed 1 all are moved by one offset, else stretched.
+    """Maps recorded instants to this computer's clocks: at speed 1 by an offset, otherwise also scaled.
 
     Both clocks are moved alike, each on to its own: what was 3 ms apart, of two topics or of two clocks, stays so at
     speed 1.

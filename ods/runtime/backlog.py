@@ -1,4 +1,4 @@
-"""Messages that wait to be worked off: all of them while the work keeps up, else only the newest. Pure: no clock."""
+"""Messages that wait to be processed: all while the process keeps up, otherwise only the newest. Pure: no clock."""
 
 from collections import deque
 from typing import Generic, TypeVar
@@ -42,7 +42,7 @@ class Backlog(Generic[MessageT]):
         return worth, len(found) - len(worth)
 
     def worked(self, spent_ns: int) -> None:
-        """Take note of how long the work on a message took, ns."""
+        """Record the processing time of a message, ns."""
         self.work_ns = _follow(self.work_ns, spent_ns)
 
     def slowness(self) -> str:

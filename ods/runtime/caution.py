@@ -45,7 +45,7 @@ def ignored(message: ObstacleList) -> list[str]:
 
 
 def where(unseen: Sequence[UnseenPart]) -> str:
-    """Return what the unseen parts span: bearings and ranges."""
+    """Return the bearings and ranges that the unseen parts span."""
     left = math.degrees(min(part.bearing_min_rad for part in unseen))
     right = math.degrees(max(part.bearing_max_rad for part in unseen))
     near, far = min(part.range_min_m for part in unseen), max(part.range_max_m for part in unseen)

@@ -30,7 +30,7 @@ class Stop:
 
 
 def end_with(parent: int) -> bool:
-    """Ask Linux for SIGTERM when the parent ends, so that no orphan goes on; return whether it is there still."""
+    """Ask Linux for SIGTERM when the parent ends, so that no orphan remains; return whether the parent still exists."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
     return os.getppid() == parent
 

@@ -24,7 +24,7 @@ class PingPace:
         self._gaps_ns: deque[int] = deque(maxlen=GAPS)
 
     def ping(self, t_ns: int) -> None:
-        """Take note of a ping; older ones show nothing."""
+        """Record a ping; older ones are ignored."""
         newest_ns = self._newest_ns
         if newest_ns is not None and t_ns <= newest_ns:
             return

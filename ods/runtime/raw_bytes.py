@@ -1,4 +1,4 @@
-"""The message of the topic `raw`: what a device sent, as it came."""
+"""The message of the topic `raw`: bytes as received from a device."""
 
 from typing import Annotated
 

@@ -27,7 +27,7 @@ SERVICE_DIR = Path("/run/ods")
 
 
 def default_run_dir() -> Path:
-    """Return the service's folder for root and wherever it exists, else one of the user's own."""
+    """Return the service's folder for root and if it exists, otherwise one of the user's own."""
     if os.geteuid() == 0 or SERVICE_DIR.is_dir():
         return SERVICE_DIR
     runtime_dir = os.environ.get("XDG_RUNTIME_DIR")

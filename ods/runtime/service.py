@@ -185,13 +185,13 @@ class Worker(ABC, Generic[SettingsT]):
         """Warm up. Raise StartError when the work can never begin; a device that is away is no reason."""
 
     def handle(self, topic: str, message: Any) -> None:
-        """Take one message of a topic that the process table says it reads."""
+        """Handle one message of a topic that this process reads (process table)."""
 
     def asked(self, peer: list[bytes], request: Any) -> None:
         """Take one request to the socket that the process table says it answers on; `service.answer` it, or later."""
 
     def readable(self, fd: int) -> None:
-        """Take what a descriptor given to `service.subscriber.watch_fd` has."""
+        """Read a descriptor given to `service.subscriber.watch_fd`."""
 
     def tick(self) -> None:
         """Run after every round of the loop, at least every TICK_S: time-outs, re-opening, catching up."""

@@ -99,7 +99,7 @@ class Child:
         self._identity = identity(self._address)
 
     def step(self, now_s: float) -> None:
-        """Do what is due: start, listen, notice the end or a hang."""
+        """Perform due actions: start, receive, detect the end or a hang."""
         if self._popen is None:
             if now_s >= self._start_at:
                 self._start(now_s)

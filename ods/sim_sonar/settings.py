@@ -1,4 +1,4 @@
-"""Settings of the sim process: what it reads of config/bench.toml."""
+"""Settings of the sim process, from config/bench.toml."""
 
 from pathlib import Path
 from typing import Annotated, Literal

@@ -1,4 +1,4 @@
-"""The pings of a scene one after the other at the sonar's own rate, each with what is true behind it."""
+"""The pings of a scene in sequence at the sonar's own rate, each with its truth."""
 
 from collections.abc import Iterator
 from itertools import count
@@ -13,7 +13,7 @@ START_UTC_NS = 1_577_836_800_000_000_000
 
 
 class Shot(NamedTuple):
-    """One ping and what is true behind it."""
+    """One ping and its truth."""
 
     ping: Ping
     truth: Truth

@@ -27,7 +27,7 @@ class CommandLine:
         self._fault = ""
 
     def check(self, now_ns: int) -> None:
-        """Open it if its time has come, hand on what has come, send what is due."""
+        """Open it if due, pass on received bytes, send due requests."""
         if self._port.open_if_due(now_ns):
             self._protocol.commands_open(now_ns)
         for _ in range(MAX_READS):

@@ -54,7 +54,7 @@ class BeamTable:
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """What a ping says of its samples. Made with checked numbers: raises ValueError that names the bad one."""
+    """Geometry of a ping's samples. The numbers are checked: raises ValueError that names the wrong one."""
 
     table: BeamTable
     range0_m: float

@@ -79,7 +79,7 @@ class SonarProtocol(ABC):
 
     @abstractmethod
     def connected(self, now_ns: int) -> None:
-        """Begin a conversation: what is to be asked of the sonar is asked for again, by the next `requests`."""
+        """Begin a new connection: the next `requests` returns all requests again."""
 
     @abstractmethod
     def feed(self, data: bytes, now_ns: int) -> list[Ping]:

@@ -71,7 +71,7 @@ class SonarWorker(Worker[SonarConfig]):
         self._planners.take(peer, request, clock.monotonic_ns())
 
     def tick(self) -> None:
-        """Reopen a lost port, send what the sonar is to do, say what is new among the losses."""
+        """Reopen a lost port, send due requests, log new losses."""
         now = clock.monotonic_ns()
         self._publish(self._link.check(now))
         self._follow_port()

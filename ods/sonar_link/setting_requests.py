@@ -23,7 +23,7 @@ LEAST_INTERVAL_NS = NS // 5
 
 @dataclass(frozen=True)
 class Controls:
-    """What a sonar says of its settings; not trusted: any number, NaN too."""
+    """Settings that a sonar reports; not trusted: any number, even NaN."""
 
     range_m: float = math.nan
     power_db: float = math.nan
@@ -47,7 +47,7 @@ class RequestableSetting:
     """The same as a share of it: a sonar has its own steps."""
 
     def fits(self, wanted: float, reported: float) -> bool:
-        """Return whether what the sonar says is what was asked for."""
+        """Return whether the reported value is the requested one."""
         return math.isfinite(reported) and abs(reported - wanted) <= self.tolerance + self.relative * abs(wanted)
 
 

@@ -49,7 +49,7 @@ class ChecksumBudget:
         self._left = max_packet_bytes
 
     def earn(self, count: int) -> None:
-        """Take note of bytes that came."""
+        """Record the number of received bytes."""
         self._left = min(self._left + CHECKED_AGAIN * count, self._most)
 
     def allows(self, size: int) -> bool:

@@ -38,7 +38,7 @@ class Movie:
         return place % self._every == 0
 
     def add(self, view: View, t_ns: int) -> None:
-        """Draw what is to be seen at a time."""
+        """Draw the state at a time."""
         figure = Figure(figsize=SIZE_INCHES, dpi=DPI)  # a layout engine takes longer than all drawing
         figure.subplots_adjust(left=0.06, right=0.99, bottom=0.1, top=0.92)
         draw_view(figure, view, self._mounting, FAN_PIXELS)

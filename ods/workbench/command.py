@@ -21,7 +21,7 @@ SCREENS = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """What is opened first, and where it is served."""
+    """Data to open first, and where to serve."""
     parser.add_argument(
         "source", type=Path, nargs="?", metavar="FILE|DIR|SCENE.toml",
         help="any input of ods detect or ods track; a folder of segments; a scene",

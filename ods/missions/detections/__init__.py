@@ -1,1 +1,2 @@
-"""Detections without images: laws of what the pipeline makes of bodies, fitted to images, and draws by them."""
+"""Detections without images, drawn from distributions that were fitted to the pipeline's detections of objects in
+images."""

@@ -49,7 +49,7 @@ class _Law:
 
 
 class Drawing:
-    """One mission's detections: what was drawn for a body, and which clutter was received, is remembered."""
+    """One mission's detections; the draws for each object and the received clutter are remembered."""
 
     def __init__(self, laws: Laws, bodies: int, fan: Fan, rng: np.random.Generator) -> None:
         """`bodies`: how many there are."""

@@ -27,7 +27,7 @@ LONGEST_ROUND = 100
 
 
 def fit_to_file(campaign: Campaign, path: Path, console: Console) -> None:
-    """Fit laws, write them and print what they were fitted to. Raises OdsError."""
+    """Fit distributions, write them and print the data that they were fitted to. Raises OdsError."""
     began = time.perf_counter()
     received, laws = fitted(campaign, MISSIONS)
     save_laws(laws, path)

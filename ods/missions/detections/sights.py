@@ -43,7 +43,7 @@ class Sights(NamedTuple):
 
 
 class Fan(NamedTuple):
-    """What a sonar looks at."""
+    """The region that a sonar observes."""
 
     rays: Floats
     """(k,) bearings, rad, evenly from border to border."""
@@ -55,7 +55,7 @@ class Fan(NamedTuple):
 
 
 def fan_of(sonar: SonarModel) -> Fan:
-    """Return what a sonar looks at."""
+    """Return the region that a sonar observes."""
     bearing = sonar.plane_bearing_rad
     half = 0.5 * float(bearing[1] - bearing[0])
     rays = np.linspace(bearing[0] - half, bearing[-1] + half, RAYS * len(bearing) + 1)

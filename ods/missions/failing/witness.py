@@ -37,7 +37,7 @@ class Witness:
         self._said: list[_Said] = []
 
     def receive(self, received: ObstacleList, clearance: Clearance | None, sent: VehicleState, t_s: float) -> None:
-        """Take what the planner receives at `t_s` for the ping `sent` from there."""
+        """Record the planner's input at `t_s` for the ping `sent` from there."""
         covered, empty = self._covered(received, sent), self._called_empty(received, clearance, sent)
         self._said.append(_Said(t_s, received.valid, bool(received.caution), covered, empty))
 

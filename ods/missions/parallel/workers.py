@@ -1,4 +1,4 @@
-"""Missions on several processes: results in order, whoever is ready first, and again where a process was killed."""
+"""Missions on several processes: results are in order, and a mission is repeated if its process was killed."""
 
 import multiprocessing
 from collections.abc import Callable, Iterator, Sequence

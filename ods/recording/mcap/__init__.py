@@ -1,1 +1,1 @@
-"""Recordings as MCAP files: what was on the bus, bytes as on the wire, written crash-safe and read with bounds."""
+"""Recordings as MCAP files: the messages of the bus as sent, written crash-safe and read with limits."""

@@ -86,7 +86,7 @@ def places_of(recording: Recording, topics: Collection[str]) -> dict[str, Places
 
 
 class _Scan:
-    """What is known of one segment while its records' heads are read."""
+    """State of one segment while its record headers are read."""
 
     def __init__(self, number: int, places: dict[str, Places], chunks: "Chunks", losses: "Counter[str]") -> None:
         self._number, self._places, self._chunks, self._losses = number, places, chunks, losses
@@ -204,7 +204,7 @@ class Chunks:
             raise RecordingError(f"{self._segments[segment]}: bad chunk at byte {start}") from error
 
     def _content(self, segment: int, start: int, opcode: int) -> bytes:
-        """Return what a record of the file holds."""
+        """Return the contents of a record of the file."""
         path = self._segments[segment]
         try:
             with opened(path) as file:

@@ -167,7 +167,7 @@ def frames_of(
 
 
 class _Segment:
-    """What is known of one file while it is read."""
+    """State of one file while it is read."""
 
     def __init__(self, topics: Collection[str] | None, losses: "Counter[str]") -> None:
         self._topics = topics

@@ -29,7 +29,7 @@ class KeyPair(NamedTuple):
 
 
 class ClientKey(NamedTuple):
-    """What a client needs: its own pair, and the vehicle's public key."""
+    """Keys of a client: its own pair, and the vehicle's public key."""
 
     own: KeyPair
     server: str

@@ -141,7 +141,7 @@ class Port(ABC):
 
     @abstractmethod
     def _release(self) -> None:
-        """Give back whatever is held, open or not."""
+        """Release all resources, open or not."""
 
     def _lose(self, now_ns: int, error: Exception) -> None:
         self.counters["port_losses"] += 1

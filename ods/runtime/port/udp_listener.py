@@ -12,7 +12,7 @@ RETRY_NS = NS
 
 
 class Datagram(NamedTuple):
-    """What was received."""
+    """A received datagram."""
 
     data: bytes
     sender: str

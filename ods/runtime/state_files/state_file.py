@@ -24,7 +24,7 @@ LONGEST_BYTES = 256 * 1024 * 1024
 
 
 class StateFileError(OdsError):
-    """What is there cannot be used; the text is one line."""
+    """The file cannot be used; the text is one line."""
 
 
 class StateFile:

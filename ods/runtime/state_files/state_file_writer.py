@@ -1,4 +1,4 @@
-"""Writes kept files on a thread of its own: where the run folder is on a disk that stalls, only the thread waits."""
+"""Writes state files on a separate thread: if the run folder is on a disk that stalls, only that thread waits."""
 
 import queue
 import threading

@@ -123,7 +123,7 @@ class LiveSonar:
         return self._transmit_ns + self._listen_ns
 
     def _obey(self) -> None:
-        """Work with what has been asked for."""
+        """Apply the requested settings."""
         if self._end.controls == self._controls:
             return
         self._controls = self._end.controls

@@ -1,4 +1,4 @@
-"""The simulated sonar's ear: reads remote control requests from the line, obeys or refuses, and answers."""
+"""The simulated sonar's remote control: reads requests from the line, applies or refuses them, and answers."""
 
 from typing import Protocol
 
@@ -21,7 +21,7 @@ UNKNOWN_COMMAND, OUT_OF_LIMITS = 1, 2
 
 
 class Line(Protocol):
-    """What carries the records: SerialLine or TcpLine."""
+    """A line that carries the records: SerialLine or TcpLine."""
 
     lost_bytes: int
     needs_subscription: bool
@@ -43,7 +43,7 @@ class Line(Protocol):
 
 
 class RemoteControlServer:
-    """The settings that the sonar has been asked for, and the records that a client of the network wants."""
+    """The requested settings of the sonar, and the records to which a client has subscribed."""
 
     def __init__(self, sonar: SonarModel, line: Line) -> None:
         """The sonar's file reports the longest range, which is that after switching on."""
@@ -55,7 +55,7 @@ class RemoteControlServer:
         self._client = 0
 
     def listen(self, utc_ns: int) -> None:
-        """Obey what has come; the replies are stamped `utc_ns`."""
+        """Apply received requests; the replies are stamped `utc_ns`."""
         records = self._framer.feed(self._line.read())
         if self._line.connections != self._client:
             self._client = self._line.connections

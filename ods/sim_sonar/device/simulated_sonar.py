@@ -7,17 +7,17 @@ from ods.sim_sonar.sonar.model import SonarModel
 
 
 class SimulatedSonar(Protocol):
-    """A sonar's telegrams. What a client asks for holds from the next ping on."""
+    """A simulated sonar's messages. Requested settings apply from the next ping."""
 
     @property
     def controls(self) -> object:
-        """What has been asked for; images are made again when it changes."""
+        """The requested settings; new images are made when they change."""
 
     def listen(self, device_ns: int) -> None:
         """Read and answer requests, announce itself; `device_ns`: UTC by the sonar's clock. Called once a ping."""
 
     def images(self) -> ImageSimulator:
-        """Return the images that have been asked for, with new tables (some 50 ms)."""
+        """Return an image simulator with the requested settings and new tables (about 50 ms)."""
 
     def period_s(self, sonar: SonarModel) -> float:
         """Return the time from ping to ping."""

@@ -19,7 +19,7 @@ from ods.sim_sonar.sonar.grid import Grid
 
 
 class Occluders(NamedTuple):
-    """What may hide an object."""
+    """Surfaces that may hide an object."""
 
     rivals: Ints
     """Numbers of the bodies that may."""

@@ -1,4 +1,4 @@
-"""The receiver's gain: the TVG against spreading and absorption, and what is wrong with it, over range and beam."""
+"""The receiver's gain: the TVG against spreading and absorption, and its errors over range and beam."""
 
 from collections.abc import Sequence
 

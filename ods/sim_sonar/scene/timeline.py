@@ -1,4 +1,4 @@
-"""A scene: what is where at any time, from config/scenes/NAME.toml."""
+"""A scene: positions of all objects at any time, from config/scenes/NAME.toml."""
 
 import copy
 import math

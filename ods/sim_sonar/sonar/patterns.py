@@ -1,4 +1,4 @@
-"""Beam patterns: how sensitive the sonar is off a beam's axis, as tables that the image kernels look up."""
+"""Beam patterns: sensitivity over the angle from a beam's axis, as tables for the image kernels."""
 
 import math
 from collections.abc import Callable, Sequence

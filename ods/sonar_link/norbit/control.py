@@ -107,7 +107,7 @@ class CommandControl:
                 self._take(line, now_ns)
 
     def problems(self) -> list[str]:
-        """Return, as text, what the sonar did not take; nothing of commands that are still to be answered."""
+        """Return the commands that the sonar did not accept, as text, without those not answered yet."""
         if self._answers and not self.answered:
             return ["the sonar does not answer commands: is `command_port` that of a WBMS?"]
         return [text for command in self._commands if (text := self._objection(command))]

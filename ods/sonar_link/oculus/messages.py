@@ -82,7 +82,7 @@ class Header(NamedTuple):
 
 
 class Fire(NamedTuple):
-    """What a sonar is to do, and in each ping result what it did."""
+    """A sonar's requested settings, and in each ping result the used ones."""
 
     mode: int
     """1: low frequency; 2: high."""
@@ -108,7 +108,7 @@ PING_RATES: dict[int, int] = {10: 0, 15: 1, 40: 2, 5: 3, 2: 4}
 
 
 class SimpleResult(NamedTuple):
-    """What a simple ping result says of its image."""
+    """Description of the image in a simple ping result."""
 
     fire: Fire
     ping_number: int
@@ -138,7 +138,7 @@ class SimpleResult(NamedTuple):
 
 
 class SonarStatus(NamedTuple):
-    """What a sonar broadcasts of itself."""
+    """A sonar's status broadcast."""
 
     device: int
     part_number: int

@@ -192,7 +192,7 @@ def decode_text(message: Buffer) -> str:
 
 
 class Information(NamedTuple):
-    """What a device says it is."""
+    """Device information."""
 
     kind: int
     """Device type."""

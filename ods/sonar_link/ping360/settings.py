@@ -48,7 +48,7 @@ class Ping360Settings(Settings, frozen=True):
 
     @property
     def transmission(self) -> Transmission:
-        """What is asked of each beam."""
+        """Settings requested for each beam."""
         ticks = 2.0 * self.range_m / self.sound_speed / TICK_S
         samples = max(1, min(self.samples, math.floor(ticks / LEAST_PERIOD)))
         period = min(max(round(ticks / samples), LEAST_PERIOD), MOST_PERIOD)

@@ -66,7 +66,7 @@ class RemoteControl:
                 request.refuse(f"error {reply.error}")
 
     def problems(self) -> list[str]:
-        """Return, as text, what the sonar would not do."""
+        """Return the requests that the sonar refused, as text."""
         said = []
         if self._subscription_error is not None:
             records = ", ".join(map(str, self._records))

@@ -83,7 +83,7 @@ class S7kProtocol(SonarProtocol):
         return [self._framed(request, now_ns) for request in self._control.requests(now_ns)]
 
     def problems(self, now_ns: int) -> list[str]:
-        """Return, as text, what the sonar would not do, and that it is not alone."""
+        """Return the requests that the sonar refused, and that another sonar uses the line, as text."""
         return self._others(now_ns) + self._control.problems()
 
     def _others(self, now_ns: int) -> list[str]:

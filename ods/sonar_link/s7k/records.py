@@ -46,7 +46,7 @@ _GEOMETRY = struct.Struct("<QI")
 
 @dataclass(frozen=True)
 class SettingsRecord:
-    """What record 7000 says that matters here."""
+    """The parts of record 7000 used here."""
 
     ping_number: int
     multi_ping: int
@@ -61,7 +61,7 @@ Content = SettingsRecord | BeamTable | WaterColumn
 
 
 def decode(record: S7kRecord) -> Content | Loss | None:
-    """Return what a record says, or why it cannot be used; None for a type that is not used here."""
+    """Return a decoded record, or the reason why it cannot be used; None for an unused type."""
     try:
         return _decode(record)
     except RecordError as error:

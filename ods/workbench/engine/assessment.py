@@ -1,4 +1,4 @@
-"""The chain at hand among others on speed against accuracy, and what one setting does to both.
+"""Compares the chain with others in speed and accuracy, and sweeps one setting.
 
 The images, the others and the measures are those of `ods assess detect`; `ods.workbench.engine.measuring` measures.
 """

@@ -69,7 +69,7 @@ class KeptPings(LazySequence[Ping]):
 
 @dataclass(frozen=True, eq=False)
 class Data:
-    """Pings, and what is known beside them. May be used from several threads."""
+    """Pings with poses and truth. May be used from several threads."""
 
     reference: DataReference
     pings: Sequence[Ping]
@@ -92,7 +92,7 @@ class Data:
         return (self.pings[place].t_ns - self._first_ns) / NS
 
     def truth(self, place: int) -> Truth | None:
-        """Return what is true of a ping."""
+        """Return the truth of a ping."""
         return self.truths.get(self.pings[place].ping_number)
 
     def poses_about(self, t_ns: int, before: int) -> Sequence[Pose]:

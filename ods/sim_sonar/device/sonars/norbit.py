@@ -39,7 +39,7 @@ LIMITS: dict[str, tuple[float, float]] = {
 
 
 class Setting(NamedTuple):
-    """What the sonar is set to, as far as its images know."""
+    """Settings of the sonar that affect its images."""
 
     mode: int
     range_m: float
@@ -69,7 +69,7 @@ class SimulatedNorbit:
 
     @property
     def controls(self) -> Setting:
-        """What it has been set to."""
+        """The settings that it has been set to."""
         values = self._values
         rates = [rate for name in ("set_rate", "set_tp_rate") if (rate := values[name][0]) > 0.0]
         return Setting(

@@ -47,7 +47,7 @@ _SIXTEEN_BIT, _SENDS_GAIN, _BEAMS_512, _THIRTY_TWO_BIT = 0x02, 0x04, 0x40, 0x200
 
 
 class FireMessage(NamedTuple):
-    """What a client asks for."""
+    """A client's request."""
 
     version: int
     mode: int

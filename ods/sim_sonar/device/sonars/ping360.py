@@ -42,7 +42,7 @@ GAIN_DB = (-6.0, 0.0, 6.0)
 
 
 class Asked(NamedTuple):
-    """What it has been asked for."""
+    """The requested settings."""
 
     transmission: Transmission
     sweep: Sweep | None
@@ -91,7 +91,7 @@ class SimulatedPing360:
 
     @property
     def controls(self) -> Asked | None:
-        """What it has been asked for."""
+        """The requested settings."""
         return self._asked
 
     def listen(self, _device_ns: int) -> None:

@@ -42,7 +42,7 @@ class Cells(NamedTuple):
 
 
 class Scatterers(NamedTuple):
-    """What the field of one sonar is made of, whatever its pose."""
+    """Scatterers of one sonar's speckle field, for any pose."""
 
     keys: Keys
     """(rows, samples and a margin) of the numbers; rows are beams and a margin, plane by plane."""

@@ -32,7 +32,7 @@ class Change(IntEnum):
 
 @dataclass(frozen=True)
 class Contact:
-    """What record 3001 says of one obstacle."""
+    """Record 3001 of one obstacle."""
 
     target_id: int
     ping_number: int

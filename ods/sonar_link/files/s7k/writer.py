@@ -103,7 +103,7 @@ def repair_s7k(path: Path) -> int:
 
 
 class _Survey(NamedTuple):
-    """What stands in a file before its catalogue."""
+    """Contents of a file before its catalogue."""
 
     header: bytes
     """The file header's frame."""

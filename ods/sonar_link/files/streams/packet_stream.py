@@ -1,4 +1,4 @@
-"""Recordings that are a sonar's network stream as it came: packets that begin with a sync word, some of them images."""
+"""Recordings of a sonar's raw network stream: packets that begin with a sync word, some of them images."""
 
 from abc import abstractmethod
 from collections import Counter
@@ -15,7 +15,7 @@ from ods.sonar_link.sync_framer import MAX_PACKET_BYTES, ChecksumBudget
 
 
 class Found(NamedTuple):
-    """What is at a place of the file."""
+    """Packet found at a position of the file."""
 
     size: int
     """Bytes of the packet; 0: there is none,"""

@@ -1,1 +1,1 @@
-"""Work beside the page: in a process of its own, the newest request only, and who is informed of it."""
+"""Background work: in a separate process, for the newest request only, with listeners."""

@@ -13,7 +13,7 @@ IDLE_S = 30.0
 
 
 class Newest(Generic[AskT, AnswerT]):
-    """A thread of its own that does one request at a time, always the latest.
+    """A thread that processes one request at a time, always the latest.
 
     `deliver` and `fail` are called in that thread; `fail` with whatever `work` raised.
     """

@@ -32,7 +32,7 @@ class Entry(NamedTuple):
 
 
 class Listing(NamedTuple):
-    """What a folder has."""
+    """Contents of a folder."""
 
     entries: list[Entry]
     """Folders first, each by name."""

@@ -37,7 +37,7 @@ def write_macro(history: History, loaded: ConfigFile, folder: Path) -> None:
 
 
 class MacroRun:
-    """What a script does, action by action."""
+    """Runs a macro script, action by action."""
 
     def __init__(self, start: dict[str, Any]) -> None:
         """start: tables of the state before the first action. Raises PathError."""

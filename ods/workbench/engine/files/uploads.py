@@ -21,7 +21,7 @@ CLIP, CLIP_BEGINS = ".avi", b"RIFF"
 
 
 class Upload(Protocol):
-    """What a browser sent."""
+    """An uploaded file."""
 
     name: str
 

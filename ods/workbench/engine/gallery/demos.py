@@ -1,4 +1,4 @@
-"""The gallery: what ODS does, each demo a state to start from, pictures made once, and what to look at."""
+"""The gallery of demos: each has a state to start from, pictures made once, and explanations."""
 
 import hashlib
 from collections.abc import Sequence
@@ -51,7 +51,7 @@ class Demo(NamedTuple):
 
 
 class DemoResult(msgspec.Struct):
-    """What stands beside the pictures of an demo in the cache."""
+    """Text cached with the pictures of a demo."""
 
     facts: str
     pictures: list[str]
