@@ -26,9 +26,9 @@ PACE_OF = 8
 PACE_SLACK = 1.5
 """A gap of this many times the longest of the device's times between two messages means that messages were lost."""
 MOST_LOST = 9
-"""A line loses no more as it stalls,"""
+"""Largest number of messages that a stalling line loses."""
 LOST_SHARE = 5
-"""and at most the wait over this: otherwise the device was silent."""
+"""A stalling line loses at most the waiting time over this; with more, the device was silent."""
 
 
 class OffsetEstimator:

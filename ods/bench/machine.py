@@ -20,11 +20,11 @@ SPIN_S = 0.002
 """Of processor time, once in each round."""
 ROUND_S = 0.1
 BUSY_WAKE_MS = 5.0
-"""The computer is busy when one wake-up in twenty is later than this,"""
+"""The computer is busy if one wake-up in twenty is later than this."""
 BUSY_SLOWDOWN = 1.5
-"""when a short piece of work takes this multiple of its processor time, one in four,"""
+"""The computer is busy if one short piece of work in four takes this multiple of its processor time."""
 BUSY_PRESSURE = 0.6
-"""or when some process waited for a processor for more than this share of the time."""
+"""The computer is busy if a process waits for a processor for more than this share of the time."""
 
 
 class MachineLoad(msgspec.Struct, frozen=True):

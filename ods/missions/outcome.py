@@ -14,9 +14,9 @@ class Flown(NamedTuple):
     cpu_s: float
     """Of one core; no part of the results, which are the same at each time."""
     finding_ms: float | None = None
-    """Median CPU time of the pipeline a ping, or of drawing detections; none: there is no list,"""
+    """Median CPU time per ping of the pipeline, or of drawing detections; none: there is no list."""
     tracking_ms: float | None = None
-    """and of the tracker."""
+    """Median CPU time per ping of the tracker."""
 
 
 class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -39,9 +39,9 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     evasions_of_nothing: int
     """Those during which nothing real was in the way."""
     listed: int
-    """Obstacles that came to be listed,"""
+    """Number of obstacles that were listed."""
     first_listed_m: float | None
-    """and how far their edges were from the vehicle then: the mean; none: none was."""
+    """Mean distance from the vehicle to their edges when first listed; none: none was."""
     time_to_collision_s: float | None
     """Time to collision at first confirmation: of the obstacles that the vehicle would have run into, going straight on
     as when they were listed first, the least time until then; 0: it ran into one that was never listed; none: there was

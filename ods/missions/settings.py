@@ -42,13 +42,14 @@ class WorldSettings(Settings, frozen=True):
     down_m: Annotated[float, msgspec.Meta(ge=1.0, le=6000.0)] = 20.0
     """Depth that the vehicle is to keep."""
     free_start_m: NonNegative = 30.0
-    """No obstacle begins nearer to the start, m,"""
+    """Least distance of an obstacle from the start, m."""
     free_goal_m: NonNegative = 15.0
-    """or to the goal."""
+    """Least distance of an obstacle from the goal, m."""
     dead_ends: Annotated[int, msgspec.Meta(ge=0, le=20)] = 0
-    """Half circles of obstacles without a gap across the way, open towards the start, evenly from start to goal,"""
+    """Half circles of obstacles without a gap across the path, open towards the start, spaced evenly from start to
+    goal."""
     dead_end_m: Metres = 12.0
-    """and their radius."""
+    """Radius of these half circles."""
     heard_within_m: Positive | None = None
     """Obstacles echo only where the vehicle is nearer to their edges; none: as far as the sonar receives them."""
     surface: Surface = Surface(cd=0.1, cs=0.05, sigma_deg=15.0)
@@ -112,9 +113,9 @@ class Campaign(Settings, frozen=True):
     onboard: Path | None = None
     """Configuration of pipeline and tracker; none: built-in settings."""
     pipeline: PipelineSettings | None = None
-    """In place of that of `onboard`,"""
+    """Pipeline settings in place of those of `onboard`."""
     tracker: TrackerSettings | None = None
-    """and so the tracker's."""
+    """Tracker settings in place of those of `onboard`."""
     fidelity: Literal["images", "detections"] = "images"
     """What the arm `ods` works on: simulated images, or detections drawn by laws that were fitted to them."""
     detections: Path | None = None

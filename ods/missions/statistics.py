@@ -57,9 +57,9 @@ class Paired(msgspec.Struct, frozen=True):
     first: str
     second: str
     only_first_collides: int
-    """Worlds in which the first arm collides and the second does not,"""
+    """Worlds in which the first arm collides and the second does not."""
     only_second_collides: int
-    """and the other way round."""
+    """Worlds in which the second arm collides and the first does not."""
     p: float
     """McNemar's exact test: how likely so much difference is by chance."""
 

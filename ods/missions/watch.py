@@ -187,9 +187,9 @@ class OnBoard:
         self.newest: Found | None = None
         """Of the newest ping."""
         self.finding_ms: list[float] = []
-        """CPU time of the pipeline, or of drawing, ping by ping,"""
+        """CPU time of the pipeline, or of drawing detections, for each ping."""
         self.tracking_ms: list[float] = []
-        """and of the tracker."""
+        """CPU time of the tracker for each ping."""
 
     def look(self, number: int, sent: VehicleState) -> Received | None:
         """Return the list of a ping."""

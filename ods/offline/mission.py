@@ -47,9 +47,9 @@ class Found(NamedTuple):
 
     ping_number: int
     t_ns: int
-    """Of the ping's transmission,"""
+    """Time of the ping's transmission."""
     utc_ns: int
-    """and its UTC."""
+    """UTC of the ping's transmission."""
     ended_ns: int
     """When its last echo had come, or been read."""
     poses: list[Pose]

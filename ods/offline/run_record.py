@@ -46,8 +46,8 @@ class RunRecord:
     kills: list[tuple[str, int]] = field(default_factory=list)
     """(process, monotonic ns)."""
     way: Log[VehicleTruth] = field(default_factory=list)
-    """Of the bench's vehicle, if it obeys set points,"""
+    """Path of the bench's vehicle, if it follows set points."""
     set_points: Log[VehicleSetPoint] = field(default_factory=list)
-    """and the planner's set points."""
+    """Set points of the planner."""
     image: tuple[Ping, Detections] | None = None
     """The newest ping and its detections."""

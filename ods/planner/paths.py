@@ -30,17 +30,17 @@ class Paths(NamedTuple):
     """One path for each of n headings, at m instants."""
 
     t_s: Floats
-    """(m,) from now,"""
+    """(m,) time from now."""
     step_s: Floats
-    """and each since the one before."""
+    """(m,) time since the previous instant."""
     heading_rad: Floats
     """(n,) that each path ends with."""
     places: Floats
     """(n, m, 2) north, east, m."""
     start: Floats
-    """(2,) where they all begin,"""
+    """(2,) common start of all paths."""
     reach_m: float
-    """and how far none goes from there."""
+    """Largest distance of any path from the start."""
 
 
 @lru_cache(maxsize=4)

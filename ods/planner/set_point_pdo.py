@@ -20,9 +20,9 @@ class SetPointPdo(NamedTuple):
     deadline_s: float
     """Time without a set point after which the vehicle stops: the RPDO's event timer [CiA 301]."""
     layout: struct.Struct
-    """Of heading, speed, down,"""
+    """Layout of heading, speed and down."""
     factors: tuple[float, ...]
-    """and what a count of each is: rad, m/s, m."""
+    """Value of one count of each: rad, m/s, m."""
 
     def encode(self, heading_rad: float, speed_m_s: float, down_m: float) -> bytes:
         """Return the frame's data."""

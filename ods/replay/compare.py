@@ -11,11 +11,11 @@ from ods.replay.rerun import DetectionsPair, ListPair
 from ods.runtime.processes import PROCESSES
 
 NEAR_M = 0.05
-"""Tolerance of places, ranges and radii on another type of CPU,"""
+"""Tolerance of positions, ranges and radii on another type of CPU."""
 NEAR_RAD = 0.002
-"""of bearings,"""
+"""Tolerance of bearings on another type of CPU."""
 ENOUGH = 0.98
-"""and the share of messages that have to be within: a decision at a threshold may fall otherwise."""
+"""Share of messages that must be within the tolerances: a decision at a threshold may differ."""
 _ROUNDING = 1e-9
 """Relative: the same sums, put together by the compiler in another order. So much less than any sigma, so much more
 than 52 bits leave, that it is no tolerance of results."""

@@ -78,9 +78,9 @@ class Child:
         self._start_at = self._started_at = 0.0
         self._alive_until = 0.0
         self._sign_at = 0.0
-        """When it sent its last watchdog message, or was started,"""
+        """When it sent its last watchdog message, or was started."""
         self._looked_at = 0.0
-        """and when its processor time was looked at last,"""
+        """When its processor time was last read."""
         self._spent = ProcessorTime(0, 0)
         """which was this."""
         self._has_lived = False

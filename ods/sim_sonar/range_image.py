@@ -20,16 +20,16 @@ class RangeSonar(NamedTuple):
     """A 3-D sonar and what its pixels are like."""
 
     bearing_rad: Floats
-    """(columns,) to starboard,"""
+    """(columns,) positive to starboard."""
     elevation_rad: Floats
     """(rows,) up, the lowest first."""
     range_max_m: float
     noise_m: float = 0.01
     """Standard deviation of a range."""
     missing: float = 0.25
-    """Share of the pixels that show nothing, where something is:"""
+    """Share of pixels without an echo where there is an object."""
     false: float = 0.002
-    """and of those that show something anywhere, as noise does."""
+    """Share of pixels with a false echo, by noise."""
 
 
 def range_sonar(model: SonarModel) -> RangeSonar:

@@ -29,9 +29,9 @@ class VehicleState(NamedTuple):
     """Through the water."""
     turn_rad_s: float
     climb_m_s: float
-    """Upwards,"""
+    """Vertical speed, upwards."""
     velocity_m_s: tuple[float, float]
-    """and north, east over ground."""
+    """Velocity over ground, north and east."""
 
     @property
     def place(self) -> Vector3:

@@ -26,9 +26,9 @@ class SonarLink:
     def __init__(self, settings: SonarSettings, protocol: SonarProtocol, counters: "Counter[str]") -> None:
         self.counters = counters
         self.octets = 0
-        """Bytes read so far;"""
+        """Bytes read so far."""
         self.newest = b""
-        """and those of the last read."""
+        """Bytes of the last read."""
         address = tcp_address(settings.port)
         pauses_s = settings.reopen_min_s, settings.reopen_max_s
         self._protocol = protocol

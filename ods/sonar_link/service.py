@@ -20,9 +20,9 @@ from ods.sonar_link.settings import SonarConfig
 log = logging.getLogger(__name__)
 
 MAX_READS = 16
-"""Reads before the work loop gets its turn,"""
+"""Largest number of reads before the work loop continues."""
 LONGEST_READING_S = 0.2
-"""or sooner: a stream of false headers takes time, and health has a watchdog."""
+"""Longest time of reading before the work loop continues: false headers take time, and health has a watchdog."""
 LOGGED = logged_names("sonar")
 """Counters whose first count is worth a line in the log."""
 LOSSES = frozenset(name for name in trouble_names("sonar") if not name.startswith(("port_", "control_")))

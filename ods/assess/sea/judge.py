@@ -15,7 +15,7 @@ from ods.messages import Truth
 from ods.tracker.existence import lifecycle
 
 LOUD_DB = 10.0
-"""Level over its surroundings, dB, from which on an object has to be tracked,"""
+"""Level over its surroundings, dB, from which an object has to be tracked."""
 SETTLE_S = 1.0
 """once it has been so for the first time this long ago."""
 NEAR_M = 2.0
@@ -30,9 +30,9 @@ class TargetScore:
 
     name: str
     expected: int
-    """Lists that had to have it,"""
+    """Number of lists that had to contain it."""
     tracked: int
-    """and those of them that had."""
+    """Number of these lists that contained it."""
     confirmed_m: float
     """Horizontal distance from the vehicle when it was first listed as active, m; NaN: it never was."""
     confirmed_s: float

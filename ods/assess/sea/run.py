@@ -49,13 +49,13 @@ class Listed(NamedTuple):
     truth: Truth
     detections: int
     id: Ints
-    """(n,) of the objects in the list,"""
+    """(n,) ids of the objects in the list."""
     state: Ints
-    """their state of `lifecycle`,"""
+    """(n,) states, as in `lifecycle`."""
     place: Floats
-    """(n, 2) north, east, m,"""
+    """(n, 2) north, east, m."""
     radius: Floats
-    """and radius, m."""
+    """(n,) radius, m."""
     chain_ms: float
     tracker_ms: float
     valid: bool

@@ -26,9 +26,9 @@ class Frame(NamedTuple):
     """One scan."""
 
     objects: Ints
-    """(n,) numbers from 0 of those that have to be tracked,"""
+    """(n,) numbers, from 0, of the objects that have to be tracked."""
     tracks: Ints
-    """(m,) numbers from 0 of the tracks that count,"""
+    """(m,) numbers, from 0, of the tracks that count."""
     similarity: Floats
     """(n, m) and how near each pair is, 0 to 1."""
 

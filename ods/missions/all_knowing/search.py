@@ -91,9 +91,10 @@ class _Search:
         self._obstacles: list[Floats] = []
         """(looks, n, 2) where they are during each move."""
         self._states = [motion_of(query.start)]
-        """All so far, in blocks;"""
+        """All states so far, in blocks."""
         self._rows: list[tuple[int, int, int, int, float, float]] = [(0, 0, 0, -1, 0.0, 0.0)]
-        """and of each its block, its place in it, how many moves led there, the state before, heading and speed."""
+        """For each state: its block, its place in it, the number of moves to it, the previous state, heading and
+        speed."""
         self._seen: set[int] = set()
         self._open: list[tuple[float, int]] = [(0.0, 0)]
 

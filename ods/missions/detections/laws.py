@@ -36,7 +36,7 @@ class Errors(NamedTuple):
     bearing: Floats
     """In beams."""
     radius: Floats
-    """Logarithm of its ratio to the body's;"""
+    """Logarithm of its ratio to the object's."""
     sigma_range: Floats
     """so of all that follow, in m or rad."""
     sigma_bearing: Floats
@@ -84,7 +84,7 @@ class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """FILE.json."""
 
     sonar: str
-    """Fingerprint of what it was fitted to,"""
+    """Fingerprint of the data it was fitted to."""
     pipeline: str
     world: str
     features: list[str]
@@ -92,11 +92,11 @@ class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Of the features where it was fitted: beyond, the laws say what they say there."""
     highest: Row
     seen: Row
-    """Logit of the probability of detection, by features;"""
+    """Logit of the probability of detection, by features."""
     faint: Row
-    """that an echo is a faint one,"""
+    """Logit of the probability that an echo is weak."""
     cut: Row
-    """and that it is cut off."""
+    """Logit of the probability that an echo is cut off."""
     errors: list[str]
     """Names of `Errors`, in whose order the columns of `whole` and `cut_off` stand."""
     whole: EchoLaw
@@ -110,9 +110,9 @@ class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     chain_ms: float
     """Median CPU time of the pipeline a ping where it was fitted; no part of any result."""
     pings: int
-    """That it was fitted to,"""
+    """Number of pings it was fitted to."""
     echoes: int
-    """with this number of echoes of objects."""
+    """Number of echoes of objects it was fitted to."""
 
     def __post_init__(self) -> None:
         if tuple(self.features) != WORDS or tuple(self.errors) != Errors._fields:

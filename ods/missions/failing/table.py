@@ -29,24 +29,24 @@ class Row(NamedTuple):
     collisions: dict[str, Rate]
     """By arm."""
     only_ods: int
-    """Worlds in which the arm `ods` collides and `truth` does not,"""
+    """Worlds in which the arm `ods` collides and `truth` does not."""
     only_truth: int
-    """the other way round,"""
+    """Worlds in which the arm `truth` collides and `ods` does not."""
     p: float
-    """and McNemar's exact test of it."""
+    """McNemar's exact test of the two numbers."""
     time_outs: int
-    """Of the arm `ods`: goals not reached in time,"""
+    """Goals that the arm `ods` did not reach in time."""
     near_misses: int
     listed: int
-    """Of the collisions and near misses of the arm `ods`: the obstacle was listed,"""
+    """Collisions and near misses of the arm `ods` whose obstacle was listed."""
     warned: int
-    """it was not, but the list said that it is not to be relied on there,"""
+    """Collisions and near misses without a listed obstacle, but with a warning."""
     silent: int
-    """or it did not say so."""
+    """Collisions and near misses with neither."""
     clearance_m: dict[str, float]
-    """Median least clearance, by arm,"""
+    """Median of the smallest clearance, by arm."""
     time_s: dict[str, float]
-    """and median time."""
+    """Median time, by arm."""
     first_listed_m: float | None
     """Mean distance at which obstacles are listed first."""
     not_valid_share: float

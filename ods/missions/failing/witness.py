@@ -24,9 +24,9 @@ class _Said(NamedTuple):
     valid: bool
     caution: bool
     covered: Mask
-    """(n,) of each obstacle: a circle of the list lies over it,"""
+    """(n,) for each obstacle: a circle of the list covers it."""
     empty: Mask
-    """and: the water where it begins was called empty."""
+    """(n,) for each obstacle: the water where it begins was reported as empty."""
 
 
 class Witness:

@@ -23,7 +23,7 @@ SOLUTION_VALID = 0xF4
 """Attitude, heading, velocity and position are valid; full navigation."""
 SEND_TIMEOUT_S = 0.05
 ALTIMETER = "ALTIMETER"
-"""The altimeter's own message, if the DBC file has it,"""
+"""The altimeter's own message, sent if the DBC file has it."""
 ALTIMETER_REACH_M = 655.0
 ALTIMETER_EVERY = 10
 """at one instant in so many."""

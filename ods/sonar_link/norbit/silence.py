@@ -12,11 +12,11 @@ class Evidence(NamedTuple):
     """Evidence for the reason why no ping comes."""
 
     connected: bool
-    """With the stream;"""
+    """The image port is connected."""
     commanded: bool
-    """with the command port."""
+    """The command port is connected."""
     no_commands: str
-    """Why not with the command port;"""
+    """Why the command port is not connected."""
     commands: bool
     """Whether commands are sent at all."""
     answered: bool
@@ -25,9 +25,9 @@ class Evidence(NamedTuple):
     host: str
     port: int
     kinds: "Counter[int]"
-    """Whole packets by kind,"""
+    """Complete packets by kind."""
     counters: "Counter[str]"
-    """and what was no packet."""
+    """Counters of damaged data."""
 
 
 def why(known: Evidence) -> str:

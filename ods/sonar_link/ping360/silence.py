@@ -14,9 +14,9 @@ class Evidence(NamedTuple):
     transport: Transport
     port: str
     kinds: "Counter[int]"
-    """Whole messages by kind,"""
+    """Complete messages by kind."""
     counters: "Counter[str]"
-    """and what was no message."""
+    """Counters of damaged data."""
     refusal: str
     """Of the request to sweep."""
     said: Information | None

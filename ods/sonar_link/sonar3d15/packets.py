@@ -53,9 +53,9 @@ class RangeImage(NamedTuple):
     width: int
     height: int
     opening_deg: float
-    """Horizontal,"""
+    """Horizontal opening."""
     vertical_deg: float
-    """and vertical."""
+    """Vertical opening."""
     scale_m: float
     """Of a pixel's number."""
     packed: memoryview

@@ -19,9 +19,9 @@ class Evidence(NamedTuple):
     address: UdpAddress
     source: DatagramSource
     kinds: "Counter[str]"
-    """Whole messages by what they are called,"""
+    """Complete messages by name."""
     counters: "Counter[str]"
-    """and what was none."""
+    """Counters of damaged data."""
     images: str
     """What range images are called."""
 

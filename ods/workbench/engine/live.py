@@ -34,9 +34,9 @@ LOG_LINES = 300
 RATE_S = 3.0
 """Time over which a rate is measured, s."""
 PATH_S = 0.5
-"""Between two places of the way that is kept,"""
+"""Time between two stored positions of the path."""
 PATH_PLACES = 2000
-"""and how many they are."""
+"""Largest number of stored positions."""
 LATENCIES = 600
 """Lists whose latency is kept: 90 s."""
 

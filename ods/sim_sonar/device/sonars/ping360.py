@@ -29,9 +29,9 @@ from ods.sonar_link.ping360.messages import (
 
 PATIENCE_S = 0.01
 STEP_S = 0.0025
-"""Of the motor, 0.9 degrees,"""
+"""Time for a motor step of 0.9 degrees."""
 BEAM_S = 0.018
-"""and what a beam takes besides its echoes: with both a turn takes about 9 s at 2 m and 35 s at 50 m."""
+"""Time for a beam besides its echoes: with both a turn takes about 9 s at 2 m and 35 s at 50 m."""
 LONGEST_REQUEST = 64
 FIRMWARE = (3, 3, 8)
 LIMITS = {

@@ -18,9 +18,9 @@ class Found(NamedTuple):
     """Packet found at a position of the file."""
 
     size: int
-    """Bytes of the packet; 0: there is none,"""
+    """Bytes of the packet; 0: there is none."""
     corrupt: bool = False
-    """but one that cannot be used."""
+    """There is a packet, but it cannot be used."""
     is_image: bool = False
 
 

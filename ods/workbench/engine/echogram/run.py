@@ -40,9 +40,9 @@ class EchogramRun:
     def __init__(self, folders: Sequence[Path]) -> None:
         """folders: that files may be read from."""
         self.result: Echogram | None = None
-        """The newest there is, whole or as far as it is read,"""
+        """The newest echogram, complete or as far as it is read."""
         self.result_of: Wanted | None = None
-        """and what it is of."""
+        """The request that `result` belongs to."""
         self.asked: Wanted | None = None
         self.error = ""
         """Why nothing came of what was asked for last; one line."""

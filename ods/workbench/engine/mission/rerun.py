@@ -61,9 +61,9 @@ class Rerun:
     def __init__(self, folders: Sequence[Path]) -> None:
         """folders: that files may be read from."""
         self.result: Tracked | None = None
-        """The newest there is,"""
+        """The newest result."""
         self.result_of: Wanted | None = None
-        """and what it is the result of."""
+        """The request that `result` belongs to."""
         self.asked: Wanted | None = None
         self.error = ""
         """Why nothing came of what was asked for last; one line."""

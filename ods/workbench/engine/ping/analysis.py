@@ -34,9 +34,10 @@ from ods.workbench.engine.ping.look import Coded, Codes, Grid, Look, coded, grid
 FORMER_PINGS = 16
 """That go through a chain that compares pings before the one that is looked at."""
 KEPT_CHAINS = 4
-"""Most chains kept prepared for a geometry: returning to one costs no learning. Those that are shown are kept,"""
+"""Largest number of prepared chains kept for a geometry, so that returning to one needs no learning. Shown ones are
+kept."""
 KEPT_CELLS = 1_000_000
-"""with no more cells in all: at 512 x 2000 samples each takes 14 MB."""
+"""Largest number of cells of all kept chains: at 512 x 2000 samples each takes 14 MB."""
 KEPT_LEARNT = 64
 """Sets of filters and geometry behind which it is remembered what detectors learnt."""
 MOST_RUNS, LONGEST_RUNS_NS = 5, 10_000_000
