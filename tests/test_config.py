@@ -75,7 +75,7 @@ def test_shipped_configurations_load() -> None:
         ("latitude_deg = ", "latitude_deg = [57, 2.88] #", "site.latitude_deg: expected a number, got a list"),
         ('interface = "socketcan"', 'interface = ""', "nav.can.interface: '' is not one of "),
         ("[nav.canopen]", '[nav]\nsource = ""\n[nav.canopen]', "nav.source: '' is not one of canopen, dbc, nmea"),
-        ('port = "/dev/ttyUSB0"', 'port = ""', "sonar.port: must name a device"),
+        ('port = "/dev/ttyUSB0"', 'port = ""', "sonar.port: must be a device or an address"),
         ('ins_eds = "ins.eds"', 'ins_eds = ""', "nav.canopen.ins_eds: must not be empty"),
         ('channel = "can0"', 'channel = "/dev/ttyUSB0"', "nav.can.channel: /dev/ttyUSB0 is the sonar's (sonar.port)"),
     ],

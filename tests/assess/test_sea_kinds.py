@@ -129,7 +129,8 @@ def test_the_command(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("asked", "named"), [(["hoovering gentle"], "hovering gentle"), (["--scenes", "gentle"], "--kinds: goes without")]
+    ("asked", "named"),
+    [(["hoovering gentle"], "hovering gentle"), (["--scenes", "gentle"], "--kinds: cannot be combined with")],
 )
 def test_what_cannot_be_is_one_line(asked: list[str], named: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["assess", "sea", "--kinds", *asked]) == 2

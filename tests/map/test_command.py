@@ -168,7 +168,7 @@ def test_merge_makes_a_map_that_a_tracker_starts_from(
     assert new.position == pytest.approx((80.0, 80.0, 20.0), abs=1e-6)
 
     assert run("merge", field, other, "--out", out) == 2
-    assert "exists already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -310,7 +310,7 @@ ENDLESS = "WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n) SEL
         (("list", "words"), "damaged: origin"),
         (("prune", "newer", "--seen-fewer", "2"), "schema version 99"),
         (("prune", "birds", "--seen-fewer", "2"), "not a map"),
-        (("prune", "good"), "name what to remove"),
+        (("prune", "good"), "say what to remove"),
         (("merge", "good", "birds", "--out", "merged"), "not a map"),
         (("export", "good", "--out", "x.shp"), "suffix"),
         (("export", "good", "--out", "no/folder/x.gpkg"), "no such folder"),

@@ -45,7 +45,7 @@ def test_the_table_tells_counts_rates_gaps_processes_and_faults(
     assert "0.0 s  nav" not in said
     assert re.search(r" 1\.0 s  nav \(pid 11\)\n +3\.0 s  nav \(pid 12\)\n", said)
     assert "1.0 s to 2.0 s  nav: the INS is silent for # s (2 reports)" in said
-    assert "cut off: 00001.mcap" in said
+    assert "truncated: 00001.mcap" in said
 
 
 def _span_s(samples: list[Sample], topic: str) -> float:

@@ -341,7 +341,7 @@ def test_rules_for_a_full_disk() -> None:
     [
         (["--out", "/proc/nowhere"], "/proc/nowhere"),
         (["--config", "config/onboard-nmea.toml"], "record.folder: missing"),
-        (["--out", "{full}"], "contains a recording already"),
+        (["--out", "{full}"], "already contains a recording"),
     ],
 )
 def test_what_cannot_be_is_one_line(tmp_path: Path, arguments: list[str], says: str) -> None:

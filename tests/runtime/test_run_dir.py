@@ -126,9 +126,9 @@ def test_what_others_can_change_is_refused(place: Path) -> None:
     (place / "loose").chmod(0o777)
     refused = {
         "link": "is a symbolic link",
-        "file": "is no folder",
+        "file": "is not a folder",
         "open": "every user can write in .*: chmod o-w",
-        "loose/run": "another user could replace .*loose/run, as .*loose is not safe",
+        "loose/run": "another user could replace .*loose/run, because others can write to .*loose",
     }
     for name, complaint in refused.items():
         with pytest.raises(RunDirError, match=f"^bus.run_dir: .*{complaint}"):

@@ -41,7 +41,7 @@ def read(tmp_path: Path, text: str) -> Scene:
         (HEAD + BALL + "radius_m = 2.0", r"objects: 'ball' encloses the sonar at t = 28.00 s"),
         (HEAD + BALL.replace("sphere", "cube") + "radius_m = 2.0", r"objects.*shape"),
         (HEAD + 2 * (BALL + "radius_m = 0.1\n"), r"two objects have the name 'ball'"),
-        (HEAD + BALL + "radius_m = 1.0\nwaypoints = [{t_s = 0.0, position_ned = [1, 2, 3]}]", r"position_ned: give"),
+        (HEAD + BALL + "radius_m = 1.0\nwaypoints = [{t_s = 0.0, position_ned = [1, 2, 3]}]", r"position_ned: set"),
         (HEAD + "[sea_bed]\ndepth_m = 9.0", r"sea_bed.depth_m: the sonar is below the sea-bed at t = 0.00 s"),
         (HEAD + "[sea_bed]\ndepth_m = 19.0\nsurface = { sigma_deg = 0.0 }", r"sea_bed.surface.sigma_deg"),
         (HEAD + "[image]\nlooks = 0.0", r"image.looks"),

@@ -84,7 +84,7 @@ def test_drawing_and_taking_away_are_steps() -> None:
     history = history.after(do.RemoveLabel(2))
     assert [each.ping for each in history.state.labels] == [0, 0]
     assert [each.ping for each in history.undone().state.labels] == [0, 0, 3]
-    with pytest.raises(PathError, match="no such one"):
+    with pytest.raises(PathError, match="no such label"):
         history.after(do.RemoveLabel(2))
 
 

@@ -125,7 +125,7 @@ def test_only_so_many_steps_are_kept() -> None:
         (do.BypassStage(LAST, True), "the stage that detects cannot be bypassed"),
         (do.RemoveObject(4), r"objects\[4\]: no such object"),
         (do.RemoveWaypoint("vehicle", 0), r"vehicle.waypoints\[0\]: no such way-point"),
-        (do.SwapAB(), "B: none is kept"),
+        (do.SwapAB(), "B is empty"),
     ],
 )
 def test_what_cannot_be_done_is_one_line_that_names_the_key(action: do.Action, complaint: str) -> None:
