@@ -49,9 +49,7 @@ class CanopenSource(CanSource):
         for part, bit in bits.items():
             if settings.status_bits and bit >= pdo_set.status_bits:
                 key = f"nav.canopen.status_bits.{part}"
-                raise EdsError(
-                    f"{settings.ins_eds}: {key}: no bit {bit}: the status has {pdo_set.status_bits} bits"
-                )
+                raise EdsError(f"{settings.ins_eds}: {key}: no bit {bit}: the status has {pdo_set.status_bits} bits")
         self._pose = CanopenPose(maker, bits, nav.clock_jump_s, host.utc, counters)
         self._handlers: dict[int, Callable[[Frame], object]] = {
             **dict.fromkeys(self._node.ids, self._node.take),
