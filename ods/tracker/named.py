@@ -1,8 +1,7 @@
 """Tables with named rows: the one way in which structured data goes into the tracker's kernels and comes out.
 
-One array crosses the border, and both sides give its rows their names at once: `RowNames(*table)` here, a kernel of the
-record's own there (such as `echo_rows`). A NamedTuple of eight arrays would cost 1.9 us a crossing, as each array is
-unpacked by itself; one table costs 0.4 us (ADR 0012).
+One array crosses the border, and both sides give its rows their names: `RowNames(*table)` here, where they are asked
+for, a function of the record's own there (such as `echo_rows`). Of a NamedTuple each array would be unpacked by itself.
 """
 
 import math

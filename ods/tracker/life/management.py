@@ -13,7 +13,7 @@ from ods.tracker.measurement.coverage.field_of_view import coverage_of, in_openi
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of
 from ods.tracker.prediction import ScanPrediction
-from ods.tracker.restart.ids import PROVISIONAL_IDS
+from ods.tracker.restart.ids import PROVISIONAL_IDS, first_of
 from ods.tracker.track import stitching
 from ods.tracker.track.tracks import Tracks
 
@@ -46,7 +46,7 @@ class TrackManager:
         here = {*tracks.history.id.tolist(), *self.asleep.ids()}
         self.asleep.put([o for o in known if o.id not in here])
         if first_id is not None:
-            self.next_id = first_id if self.next_id >= PROVISIONAL_IDS else max(self.next_id, first_id)
+            self.next_id = first_of(first_id, self.next_id)
 
     def restore(self, known: list[MapObject], next_id: int, tracks: Tracks) -> None:
         """See `Tracker.restore`. Live objects that came from the map and are not `known` any more are dropped."""

@@ -3,9 +3,6 @@
 
 #include "kernel.h"
 
-/* At a distance below this, m, any direction is along the line of sight. */
-#define AT_ONE_PLACE 1e-6
-
 /* n objects; vectors are (3, n), north, east, down. */
 typedef struct {
     int64_t n;
@@ -72,10 +69,11 @@ static double nearest_after(Flat offset, Flat drift, double horizon_s)
     return closing < speed_2 * horizon_s ? closing / speed_2 : horizon_s;
 }
 
-/* Returns the variance of a place along the line of sight to it, of standard deviations and covariance. */
+/* Returns the variance of a place along the line of sight to it, of standard deviations and covariance: at distance 0 in
+   any direction. */
 static double along(Flat place, double distance, Flat sigma, double covariance)
 {
-    if (!(distance > AT_ONE_PLACE))
+    if (!(distance > 0.0))
         return square(larger(sigma.north, sigma.east));
     const double squared = square(place.north * sigma.north) + square(place.east * sigma.east) +
                            2.0 * place.north * place.east * covariance;
