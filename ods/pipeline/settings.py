@@ -149,7 +149,7 @@ class Columns(NamedTuple):
     """Of DETECTOR."""
 
 
-def columns_of(object_m: float, dr_m: float, subsample: int = 0) -> Columns:
+def columns_of(object_m: float, dr_m: float, subsample: int) -> Columns:
     """Return the numbers for objects from `object_m` on, 0: of AUTOMATIC samples, in range samples `dr_m` apart.
 
     subsample: samples that are averaged; 0: as many as leave an object _ENOUGH columns. The filter passes what is

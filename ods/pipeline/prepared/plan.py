@@ -96,7 +96,7 @@ def make_plan(ping: Ping, settings: PipelineSettings, *, over_pings: bool = Fals
     )  # fmt: skip
 
 
-def are_alike(one: Plan, other: Plan, *, over_pings: bool = False) -> bool:
+def are_alike(one: Plan, other: Plan, *, over_pings: bool) -> bool:
     """Return whether stages prepared for one plan will do for the other: only ranges differ, by `ALIKE` or less.
 
     So they do where a sonar takes them from a sound speed that it measures again for each ping. over_pings: the stages

@@ -42,8 +42,8 @@ class PreparedChain:
         layout: ImageLayout,
         stages: Sequence[ConfiguredStage],
         learnt_cells: int,
-        watch: Watch | None = None,
-        alive: Alive | None = None,
+        watch: Watch | None,
+        alive: Alive | None,
     ) -> None:
         """Prepare the stages, of which the last one detects. watch: is shown what each makes. Raises StageError."""
         *filters, last = stages

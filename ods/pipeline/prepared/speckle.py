@@ -34,10 +34,12 @@ class Speckle(NamedTuple):
     """How many times as loud the last range is as the first."""
 
 
+_PATCH = 3, 24
+"""Beams and samples of a patch."""
 KINDS = (
     Speckle(), Speckle(looks=2), Speckle(looks=4), Speckle(looks=8), Speckle(correlated=3), Speckle(louder=4.0),
     Speckle(texture=0.5), Speckle(texture=1.0), Speckle(texture=2.0), Speckle(texture=5.0),
-    Speckle(texture=0.5, patch=(3, 24)), Speckle(texture=1.0, patch=(3, 24)), Speckle(texture=5.0, patch=(3, 24)),
+    Speckle(texture=0.5, patch=_PATCH), Speckle(texture=1.0, patch=_PATCH), Speckle(texture=5.0, patch=_PATCH),
 )  # fmt: skip
 
 

@@ -25,8 +25,8 @@ def detect_ranges(
     ping: Ping,
     frame: AnyArray,
     settings: PipelineSettings,
-    pose: Pose | PoseEstimate | None = None,
-    mask: RegionNumbers | None = None,
+    pose: Pose | PoseEstimate | None,
+    mask: RegionNumbers | None,
 ) -> Detections:
     """Return the detections of a range image, `frame` (bearings, elevations); number their pixels in `mask`.
 
@@ -83,7 +83,7 @@ def _pixels_of(
 ) -> RangePixels:
     bearing, elevation = np.array(ping.bearing_rad), np.array(grid.elevation_rad)
     if bearing.shape + elevation.shape != frame.shape or frame.dtype.kind != "u":
-        raise PingError(f"range image of {frame.shape} {frame.dtype}does not fit its directions")
+        raise PingError(f"range image of {frame.shape} {frame.dtype} does not fit its directions")
     if not (np.all(np.diff(bearing) > 0.0) and np.all(np.diff(elevation) > 0.0)):
         raise PingError("bearing_rad, or elevation_rad, does not increase from pixel to pixel")
     if not (math.isfinite(grid.range_max_m) and settings.min_range_m < grid.range_max_m):
