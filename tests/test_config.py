@@ -72,6 +72,13 @@ def test_shipped_configurations_load() -> None:
         ("[sonar]", "[sonar]\nbaud = -1", "sonar.baud: "),
         ("[tracker.map]", "[tracker]\ncolour = 1\n\n[tracker.map]", "tracker.colour: unknown key"),
         ("[nav.can]", '[nav.can]\nbitrate = "fast"', "nav.can.bitrate: expected an integer, got a string"),
+        ("[sonar]", "[sonar]\nbaud = 115200.5", "sonar.baud: expected an integer, got a float"),
+        (
+            "[bus]",
+            '[bus]\nkeys = "k"\nlisten = [{at = "tcp://127.0.0.1:1", topics = ["pose"]}, '
+            '{at = "tcp://127.0.0.1:1", topics = ["ping"]}]',
+            "bus.listen[1].at: tcp://127.0.0.1:1 has its [[bus.listen]] already: list all topics there",
+        ),
         ("latitude_deg = ", "latitude_deg = [57, 2.88] #", "site.latitude_deg: expected a number, got a list"),
         ('interface = "socketcan"', 'interface = ""', "nav.can.interface: '' is not one of "),
         ("[nav.canopen]", '[nav]\nsource = ""\n[nav.canopen]', "nav.source: '' is not one of canopen, dbc, nmea"),

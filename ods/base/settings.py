@@ -62,7 +62,7 @@ def refuse_even(settings: Settings) -> None:
 
 BOUNDS = {"<=": "at most", ">=": "at least", "<": "less than", ">": "more than"}
 TYPES = {
-    "str": "a string", "int": "an integer", "float": "a number", "bool": "true or false", "date": "a date",
+    "str": "a string", "int": "an integer", "float": "a number", "bool": "a boolean", "date": "a date",
     "datetime": "a date", "time": "a time", "array": "a list", "list": "a list", "object": "a table", "dict": "a table",
 }  # fmt: skip
 """What msgspec calls a type, in the words of TOML."""
@@ -111,7 +111,7 @@ def _expected(message: str, unit: str) -> str:
     bound = re.fullmatch(r"Expected `(?:int|float)` (>=|<=|>|<) (\S+)", message)
     if bound:
         return f"must be {BOUNDS[bound[1]]} {float(bound[2]):.15g}{f' ({unit})' if unit else ''}"
-    message = re.sub(r"`([^`]+)`", lambda types: _in_words(types[1]), message)
+    message = re.sub(r"`([^`]+)`", lambda types: _in_words(types[1]), message).replace("got a number", "got a float")
     return f"{message}; it is in {unit}" if unit else message
 
 

@@ -137,6 +137,10 @@ class BusSettings(Settings, frozen=True):
         if len(str(self.run_dir)) > 80:
             raise ValueError(f"run_dir: {self.run_dir} is longer than 80 characters, too long for a socket path")
         for number, each in enumerate(self.listen):
+            if each.at in [other.at for other in self.listen[:number]]:
+                raise ValueError(
+                    f"listen[{number}].at: {each.at} has its [[bus.listen]] already: list all topics there"
+                )
             for name in each.topics:
                 if name not in (*TOPICS, HEALTH):
                     raise ValueError(f"listen[{number}].topics: {none_of(name, (*TOPICS, HEALTH))}")

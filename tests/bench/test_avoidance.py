@@ -124,7 +124,7 @@ def test_each_limit_is_judged(change: dict[str, object], broken: dict[str, str])
         (
             "[planner]",
             "[planner.steering]\ncruise_m_s = 33.0\n[planner]",
-            "planner: steering.cruise_m_s: at most 32 m/s",
+            "planner.steering.cruise_m_s: at most 32 m/s",
         ),
     ],
 )

@@ -110,15 +110,15 @@ def test_a_list_that_others_may_write_lets_nobody_in(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("bus", "said"),
     [
-        (LISTEN, 'bus: keys: missing: the folder in which `ods keys make` puts the keys, such as "keys"'),
+        (LISTEN, 'bus.keys: missing: the folder in which `ods keys make` puts the keys, such as "keys"'),
         ('listen = [{at = "tcp://127.0.0.1:5600"}]', "bus.listen[0].topics: missing"),
-        (LISTEN.replace("obstacles", "obstacle"), "bus: listen[0].topics: 'obstacle' is not one of ping, pose, "),
-        (LISTEN.replace('"obstacles"', ""), "bus.listen[0]: topics: must name at least one topic"),
-        (LISTEN.replace("tcp://127.0.0.1:5600", "tcp://planner:5600"), "bus.listen[0]: at: tcp://planner:5600: needs"),
-        (LISTEN.replace("tcp://127.0.0.1:5600", "tcp://*:5600"), "bus.listen[0]: at: tcp://*:5600: needs an"),
-        (LISTEN.replace("tcp:", "udp:"), "bus.listen[0]: at: udp://127.0.0.1:5600: expected an address and a port"),
-        (LISTEN.replace("127.0.0.1", "239.1.1.1"), "bus.listen[0]: at: tcp://239.1.1.1:5600: must be an address of"),
-        (LISTEN.replace("5600", "0"), "bus.listen[0]: at: tcp://127.0.0.1:0: expected an address and a port"),
+        (LISTEN.replace("obstacles", "obstacle"), "bus.listen[0].topics: 'obstacle' is not one of ping, pose, "),
+        (LISTEN.replace('"obstacles"', ""), "bus.listen[0].topics: must name at least one topic"),
+        (LISTEN.replace("tcp://127.0.0.1:5600", "tcp://planner:5600"), "bus.listen[0].at: tcp://planner:5600: needs"),
+        (LISTEN.replace("tcp://127.0.0.1:5600", "tcp://*:5600"), "bus.listen[0].at: tcp://*:5600: needs an"),
+        (LISTEN.replace("tcp:", "udp:"), "bus.listen[0].at: udp://127.0.0.1:5600: expected an address and a port"),
+        (LISTEN.replace("127.0.0.1", "239.1.1.1"), "bus.listen[0].at: tcp://239.1.1.1:5600: must be an address of"),
+        (LISTEN.replace("5600", "0"), "bus.listen[0].at: tcp://127.0.0.1:0: expected an address and a port"),
     ],
 )  # fmt: skip
 def test_a_wrong_configuration_is_one_line_with_the_key(tmp_path: Path, bus: str, said: str) -> None:

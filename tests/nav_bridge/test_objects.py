@@ -163,6 +163,7 @@ def test_what_status_bits_mean_is_configuration() -> None:
 def test_a_mistake_in_the_table_is_one_line_with_its_key(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
     with pytest.raises(OdsError) as error:
         Bench(geodetic(tmp_path), objects=GEODETIC | changes)
+    assert str(error.value).startswith(f"{tmp_path / 'geo.eds'}: ")
     assert said in str(error.value)
     assert "\n" not in str(error.value)
 

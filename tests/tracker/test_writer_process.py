@@ -6,6 +6,7 @@ import socket
 import subprocess
 from pathlib import Path
 
+import psutil
 import pytest
 
 from ods.base.clock import NS
@@ -28,4 +29,14 @@ def test_no_descriptor_or_process_left_costs_the_map_for_a_while_and_not_the_tra
     writer.lost(0)
     assert not writer.start(round(FIRST_DELAY_S * NS) - 1)
     assert writer.start(2 * NS)
+    writer.finish([], 10.0)
+
+
+def test_ctrl_c_in_a_terminal_does_not_reach_it(tmp_path: Path) -> None:
+    """Until it takes no signals, which it says itself, it would end with a traceback."""
+    writer = WriterProcess(tmp_path / "map.sqlite", (57.0, 10.0), tmp_path)
+    before = set(psutil.Process().children())
+    writer.start(0)
+    (process,) = set(psutil.Process().children()) - before
+    assert os.getpgid(process.pid) == process.pid != os.getpgrp()
     writer.finish([], 10.0)

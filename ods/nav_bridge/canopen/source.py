@@ -36,7 +36,11 @@ class CanopenSource(CanSource):
         self.monitor = InsMonitor(settings.heartbeat_timeout_s, host.now_ns, counters)
         self._settings = settings
         self._counters = counters
-        pdo_set = load_pdo_set(settings.ins_eds, settings.ins_node_id, object_map(settings.objects))
+        try:
+            objects = object_map(settings.objects)
+        except OdsError as error:
+            raise EdsError(f"{settings.ins_eds}: {error}") from error
+        pdo_set = load_pdo_set(settings.ins_eds, settings.ins_node_id, objects)
         try:
             maker = PoseMaker(pdo_set.fields, host.frame, nav.limits, nav.sigma, host.utc, counters)
         except OdsError as error:

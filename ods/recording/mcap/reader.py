@@ -147,11 +147,18 @@ class Recording:
         return metadata, attachments
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Recorded]:
-        """Yield the messages of some topics, by default of all, in order of log time. Raises UnreadableError."""
+        """Yield the messages of some topics, by default of all, in order of log time. Raises UnreadableError.
+
+        What several readers lose of one recording counts once.
+        """
+        lost: Counter[str] = Counter()
         for path in self.segments:
-            segment = _Segment(topics, self.losses)
-            for frame in frames_of(path, CONTENTS, self.losses):
+            segment = _Segment(topics, lost)
+            for frame in frames_of(path, CONTENTS, lost):
                 yield from segment.take(frame)
+                if lost:
+                    self.losses |= lost
+            self.losses |= lost
 
 
 def frames_of(

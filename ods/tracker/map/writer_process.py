@@ -36,7 +36,8 @@ class WriterProcess:
             ours.setblocking(False)
             self._link = Link(ours)
             with theirs:
-                self._process = subprocess.Popen(self._command, stdin=theirs.fileno())
+                # its own group: a Ctrl-C while it still imports would end it with a traceback
+                self._process = subprocess.Popen(self._command, stdin=theirs.fileno(), process_group=0)
         except OSError as error:
             raise LinkEndedError(error.strerror) from error
         self._overload, self._looked_ns = OverloadMonitor(self._process.pid), now_ns
