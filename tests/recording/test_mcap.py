@@ -204,6 +204,7 @@ def test_a_hostile_record_is_counted_and_the_next_one_read(tmp_path: Path, what:
     assert (recording.metadata, recording.attachments) == ({}, {})
     lost = what == "a length beyond the file"
     assert [each.data for each in read] == [] if lost else [b"\x80"]
+    assert recording.losses.pop("segments_without_utc") == 1
     assert recording.losses.total() == (0 if what == "a chunk in a chunk" else 2 if what == "no metadata" else 1)
     for each in read:
         with pytest.raises(ValueError, match="missing required field"):

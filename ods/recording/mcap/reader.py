@@ -96,7 +96,8 @@ class Recording:
 
     `losses`, as far as it has been read: torn (segments cut off), overlong (records beyond all bounds), bad_chunks
     (wrong checksum, unknown compression, too large), bad_records, unknown_channels (messages of an undeclared
-    channel, or of one that is not msgpack), unreadable_segments, left_out (metadata and attachments beyond all bounds).
+    channel, or of one that is not msgpack), unreadable_segments, segments_without_utc (without the metadata `ods`),
+    left_out (metadata and attachments beyond all bounds).
     """
 
     def __init__(self, segments: list[Path], losses: "Counter[str]") -> None:
@@ -157,7 +158,7 @@ def frames_of(
 
 
 def _offset_ns(path: Path, losses: "Counter[str]") -> int:
-    """Return UTC less CLOCK_MONOTONIC of a segment; 0: not reported. Other writers may put it behind all messages."""
+    """Return UTC less CLOCK_MONOTONIC of a segment. Other writers may put it behind all messages, or leave it out."""
     for frame in frames_of(path, {Opcode.METADATA}, Counter()):
         try:
             extra = Metadata.read(bounded_stream(frame.content))
@@ -165,6 +166,7 @@ def _offset_ns(path: Path, losses: "Counter[str]") -> int:
                 return int(extra.metadata["utc_offset_ns"])
         except (*BAD_RECORD, KeyError):
             losses["bad_records"] += 1
+    losses["segments_without_utc"] += 1
     return 0
 
 
