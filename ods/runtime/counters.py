@@ -295,6 +295,9 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("overlong", "records longer than any written"),
         CounterRow("unknown_channels", "messages that are not messages of ODS"),
         CounterRow("unreadable_segments", "files that are not recordings"),
+        CounterRow(
+            "segments_without_utc", "files whose metadata another program left out: their times are not UTC"
+        ),
         CounterRow("left_out", "metadata and attachments beyond 48 MB"),
     ),
     REPLAY: (

@@ -14,6 +14,7 @@ import zstandard
 from hypothesis import given, settings, strategies as st
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, Header, Message, Schema
+from mcap.writer import Writer
 
 from ods import __version__
 from ods.recording.errors import RecordingError
@@ -69,6 +70,24 @@ def test_the_mcap_library_reads_the_same_by_the_index(tmp_path: Path) -> None:
         assert message.sequence == 0
         late = list(reader.iter_messages(["ping"], starting_at=samples[-1][1] + OFFSET_NS - 500_000))
         assert [m.sequence for _, _, m in late] == [4]
+
+
+def test_a_file_written_again_by_another_program_has_the_same_times(tmp_path: Path) -> None:
+    """The format leaves open where metadata stand: here behind all messages, as the offset of their times does."""
+    samples = mission(5)
+    path, again = write_segment(tmp_path / "a.mcap", samples), tmp_path / "again.mcap"
+    with path.open("rb") as file, again.open("wb") as out:
+        reader, writer = make_reader(file), Writer(out, use_chunking=False)
+        writer.start(reader.get_header().profile, "another program")
+        channels: dict[str, int] = {}
+        for _, channel, message in reader.iter_messages():
+            if channel.topic not in channels:
+                channels[channel.topic] = writer.register_channel(channel.topic, channel.message_encoding, 0)
+            writer.add_message(channels[channel.topic], message.log_time, message.data, message.publish_time)
+        for metadata in reader.iter_metadata():
+            writer.add_metadata(metadata.name, metadata.metadata)
+        writer.finish()
+    assert _read(again) == samples
 
 
 def test_a_message_longer_than_any_reader_takes_is_counted_and_left_out(tmp_path: Path) -> None:
@@ -199,6 +218,7 @@ def test_a_hostile_record_is_counted_and_the_next_one_read(tmp_path: Path, what:
     assert (recording.metadata, recording.attachments) == ({}, {})
     lost = what == "a length beyond the file"
     assert [each.data for each in read] == [] if lost else [b"\x80"]
+    assert recording.losses.pop("segments_without_utc") == 1
     assert recording.losses.total() == (0 if what == "a chunk in a chunk" else 2 if what == "no metadata" else 1)
     for each in read:
         with pytest.raises(ValueError, match="missing required field"):

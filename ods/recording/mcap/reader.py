@@ -39,7 +39,7 @@ ODS = "ods"
 """Name of the metadata that every segment has; `utc_offset_ns` is among them."""
 MOST_EXTRAS_BYTES = 48 * MB
 """Of all attachments and metadata of a recording: more are counted and left out."""
-CONTENTS = frozenset({Opcode.CHANNEL, Opcode.CHUNK, Opcode.MESSAGE, Opcode.METADATA})
+CONTENTS = frozenset({Opcode.CHANNEL, Opcode.CHUNK, Opcode.MESSAGE})
 EXTRAS = frozenset({Opcode.METADATA, Opcode.ATTACHMENT})
 
 
@@ -106,7 +106,8 @@ class Recording:
 
     `losses`, as far as it has been read: torn (segments cut off), overlong (records beyond all bounds), bad_chunks
     (wrong checksum, unknown compression, too large), bad_records, unknown_channels (messages of an undeclared
-    channel, or of one that is not msgpack), unreadable_segments, left_out (metadata and attachments beyond all bounds).
+    channel, or of one that is not msgpack), unreadable_segments, segments_without_utc (without the metadata `ods`),
+    left_out (metadata and attachments beyond all bounds).
     """
 
     def __init__(self, segments: list[Path], losses: "Counter[str]") -> None:
@@ -153,7 +154,7 @@ class Recording:
         """
         lost: Counter[str] = Counter()
         for path in self.segments:
-            segment = _Segment(topics, lost)
+            segment = _Segment(topics, lost, _offset_ns(path, lost))
             for frame in frames_of(path, CONTENTS, lost):
                 yield from segment.take(frame)
                 if lost:
@@ -173,13 +174,26 @@ def frames_of(
         raise UnreadableError(f"{path}: {error.strerror}") from error
 
 
+def _offset_ns(path: Path, losses: "Counter[str]") -> int:
+    """Return UTC less CLOCK_MONOTONIC of a segment. Other writers may put it behind all messages, or leave it out."""
+    for frame in frames_of(path, {Opcode.METADATA}, Counter()):
+        try:
+            extra = Metadata.read(bounded_stream(frame.content))
+            if extra.name == ODS:
+                return int(extra.metadata["utc_offset_ns"])
+        except (*BAD_RECORD, KeyError):
+            losses["bad_records"] += 1
+    losses["segments_without_utc"] += 1
+    return 0
+
+
 class _Segment:
     """State of one file while it is read."""
 
-    def __init__(self, topics: Collection[str] | None, losses: "Counter[str]") -> None:
+    def __init__(self, topics: Collection[str] | None, losses: "Counter[str]", offset_ns: int) -> None:
         self._topics = topics
         self._losses = losses
-        self._offset_ns = 0
+        self._offset_ns = offset_ns
         self._channels = Channels(losses)
         self._unzip = unzipper()
 
@@ -187,20 +201,10 @@ class _Segment:
         """Yield the messages in a record of CONTENTS."""
         if frame.opcode == Opcode.CHANNEL:
             self._channels.learn(frame.content)
-        elif frame.opcode == Opcode.METADATA:
-            self._take_metadata(frame.content)
         elif frame.opcode == Opcode.MESSAGE:
             yield from self._message(memoryview(frame.content))
         elif frame.opcode == Opcode.CHUNK:
             yield from self._chunk(frame.content)
-
-    def _take_metadata(self, content: bytes) -> None:
-        try:
-            extra = Metadata.read(bounded_stream(content))
-            if extra.name == ODS:
-                self._offset_ns = int(extra.metadata["utc_offset_ns"])
-        except (*BAD_RECORD, KeyError):
-            self._losses["bad_records"] += 1
 
     def _chunk(self, content: bytes) -> Iterator[Recorded]:
         try:
