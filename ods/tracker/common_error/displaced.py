@@ -132,8 +132,9 @@ class DisplacedObjects:
         self._echoes: deque[tuple[float, list[_Place]]] = deque(maxlen=PINGS)
         """Times and places of those of the last pings."""
 
-    def look(self, snapshot: Snapshot, scan: Scan) -> None:
-        """Take in a ping: the objects after it, and its echoes."""
+    def look(self, snapshot: Snapshot, scan: Scan, *, moving: bool = False) -> None:
+        """Take in a ping: the objects after it, and its echoes; moving: all seem to move alike, so that a change lasts
+        although nothing of before is in view."""
         t_s, vehicle = scan.t_ns / NS, scan.vehicle
         if vehicle is None or not scan.usable or scan.skipped_pings:
             return
@@ -144,7 +145,7 @@ class DisplacedObjects:
         steady = [each for each in self._objects.values() if each.was_steady]
         if self._finds_change(steady, scan, vehicle):
             self._since_s = t_s
-        elif t_s - self._since_s > HELD_S:
+        elif t_s - self._since_s > HELD_S and not (self._before and moving):
             self._before = []
             self._find_vanished(steady)
         self._echoes.append((t_s, _places_of(scan, vehicle)))

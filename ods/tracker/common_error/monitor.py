@@ -40,7 +40,7 @@ class CommonErrors:
 
     def look(self, snapshot: Snapshot, scan: Scan, motion: Motion) -> None:
         """Take in a ping: the objects after it, its echoes, and how the vehicle moves."""
-        self._displaced.look(snapshot, scan)
+        self._displaced.look(snapshot, scan, moving=bool(self._findings))
         t_s = scan.t_ns / NS
         if scan.vehicle is None or t_s - self._seen_s < SEEN_EVERY_S:
             return
