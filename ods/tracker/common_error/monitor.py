@@ -19,8 +19,8 @@ from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.output.snapshot import Snapshot
 
 SEEN_EVERY_S, FITTED_EVERY_S = 0.1, 0.5
-UNSTEADY = "changes from ping to ping"
-"""Says the pipeline of a sample spacing or sound speed; then ranges may be off by as much."""
+UNSTEADY = "sample spacing changes from ping to ping"
+"""Says the pipeline; then ranges may be off by as much: by a metre or more, as a sound speed's noise is not."""
 
 
 class CommonErrors:
