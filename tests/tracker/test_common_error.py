@@ -294,7 +294,7 @@ def test_a_convoy_on_the_vehicle_s_course_is_no_error_of_the_ranges() -> None:
             assert not errors.reasons()
 
 
-@pytest.mark.parametrize("latency", [-0.6, 0.6])
+@pytest.mark.parametrize("latency", [-0.5, 0.5])
 def test_poses_that_are_half_a_second_late_or_early_are_reported_in_turns(latency: float) -> None:
     _, reason = seconds_until(World(), Wrong(latency=latency), "poses are stamped", 15.0, 0)
     assert number(reason)[0] > 400.0
@@ -308,7 +308,7 @@ def test_a_sample_spacing_that_changes_is_a_reason_unless_static_objects_are_in_
         errors.look(replace(snapshot, times_seen=np.full_like(snapshot.times_seen, seen)), scan, motion)
         in_place = not errors.reasons(caution=caution)
         assert in_place == (seen > 5)
-        assert not errors.reasons(caution="the image stands still, for 3.2 s")
+        assert not errors.reasons(caution="the sonar's sound speed changes from ping to ping (1480 to 1490 m/s)")
     assert in_place
 
 

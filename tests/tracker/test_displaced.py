@@ -28,7 +28,7 @@ class Rig:
         self.tracker, self.displaced = Tracker(TrackerSettings()), DisplacedObjects()
         self.places = places
         self.number, self.north, self.speed = 0, 0.0, 1.0
-        self.pitch, self.usable = 0.0, True
+        self.pitch, self.usable, self.moving = 0.0, True, False
 
     def sail(self, seconds: float, sees: Callable[[Rows], Rows] = list) -> list[float]:
         """Return the times, since the call, of the pings with which something is reported."""
@@ -50,7 +50,7 @@ class Rig:
         vehicle = vehicle_at(np.array([self.north, 0.0, 4.0]), attitude, NO_SIGMA, NO_SIGMA)
         scan = Scan(round(t_s * 1e9), round(t_s * 1e9), vehicle, SECTOR, echoes(rows), self.usable)
         self.tracker.step(scan)
-        self.displaced.look(self.tracker.snapshot(), scan)
+        self.displaced.look(self.tracker.snapshot(), scan, moving=self.moving)
 
 
 def nothing(_: Rows) -> Rows:
@@ -102,6 +102,16 @@ def test_it_is_reported_while_it_lasts(sees: Sees) -> None:
     rig.sail(FAULT_S)
     assert rig.sail(2.0 * LONGEST_S, sees)[-1] == pytest.approx(2.0 * LONGEST_S)
     assert rig.sail(10.0)[-1] == pytest.approx(HELD_S, abs=0.2)
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_a_change_lasts_without_objects_of_before_while_all_seem_to_move(moving: bool) -> None:
+    rig = Rig()
+    rig.sail(FAULT_S)
+    rig.sail(1.0, ten_percent_longer)
+    rig.places, rig.moving = [(n + 80.0, e) for n, e in PLACES], moving
+    rig.north += 80.0
+    assert (rig.sail(10.0, ten_percent_longer)[-1] == 10.0) == moving
 
 
 def test_after_a_step_of_the_heading_the_new_places_may_be_the_right_ones() -> None:

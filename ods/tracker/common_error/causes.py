@@ -76,19 +76,14 @@ class Finding(NamedTuple):
         return float(np.linalg.norm(self.fit.sigma[: len(self.cause.judged)]))
 
     @property
-    def least(self) -> float:
-        """It is surely as large."""
-        return abs(self.value) - SURELY * self.sigma
-
-    @property
     def is_of_convoy(self) -> bool:
         """A drift that explains as much would rather be a convoy on the vehicle's course."""
-        return self.cause is WRONG_SCALE and self.least > CONVOY_SCALE
+        return self.cause is WRONG_SCALE and abs(self.value) > CONVOY_SCALE
 
     def is_too_much(self, convoy: bool) -> bool:
         """Return whether the list is not valid with it; convoy: what moves alike may be one."""
         limit = NO_CONVOY if self.cause is DRIFT and not convoy else self.cause.limit
-        return self.least > limit
+        return abs(self.value) - SURELY * self.sigma > limit
 
     def __str__(self) -> str:
         """Say it in plain words."""
@@ -154,9 +149,9 @@ SLOW_TURN = Cause((TURN,), (YAW,), math.radians(0.05), FASTEST_TURN, FASTEST_TUR
 WRONG_YAW = Cause((YAW,), (), math.radians(0.5), math.radians(5.0), LARGEST_ANGLE, _yaw)
 """A larger one is far off."""
 WRONG_SCALE = Cause((SCALE,), (), 0.005, 0.05, FAR_OFF.least, _scale)
-CONVOY_SCALE = 0.1
-"""On one course a larger error of the ranges is as a convoy."""
-LATE_POSES = Cause((LATENCY,), (), 0.02, 0.3, 1.0, _latency)
+CONVOY_SCALE = 0.12
+"""On one course a larger error of the ranges is as a convoy; one of a tenth is estimated to be less."""
+LATE_POSES = Cause((LATENCY,), (), 0.02, 0.3, 0.6, _latency)
 FAST = (FAST_TURN, DRIFT)
 SLOW = (SLOW_TURN, DRIFT, FAR_OFF, WRONG_YAW, WRONG_SCALE, LATE_POSES)
 OFFSETS = YAW, SCALE, LATENCY

@@ -28,8 +28,8 @@ PINGS = 6
 """Number of pings in a row by which an object is judged: first as steady, then as gone."""
 STEADY, GONE = 5, 2
 """Of so many pings an object that is steady gives this many echoes at least, and one that is gone this many at most."""
-MOST = 64
-"""Number of objects that are looked at."""
+MOST = 32
+"""Number of objects, or echoes, that are looked at."""
 SHARE = 0.6
 """Of the objects that are steady this share must vanish, or be displaced."""
 GATE_M = 0.5
@@ -126,14 +126,13 @@ class DisplacedObjects:
         self._t_s = -math.inf
         self._why, self._since_s = "", -math.inf
         self._changes: deque[_Change | None] = deque(maxlen=PINGS)
-        """Of the last pings."""
         self._before: list[_Place] = []
         """Where objects were before a change that lasts."""
-        self._echoes: deque[tuple[float, list[_Place]]] = deque(maxlen=PINGS)
-        """Times and places of those of the last pings."""
+        self._scans: deque[Scan] = deque(maxlen=PINGS)
 
-    def look(self, snapshot: Snapshot, scan: Scan) -> None:
-        """Take in a ping: the objects after it, and its echoes."""
+    def look(self, snapshot: Snapshot, scan: Scan, *, moving: bool = False) -> None:
+        """Take in a ping: the objects after it, and its echoes; moving: all seem to move alike, so that a change lasts
+        although nothing of before is in view."""
         t_s, vehicle = scan.t_ns / NS, scan.vehicle
         if vehicle is None or not scan.usable or scan.skipped_pings:
             return
@@ -144,10 +143,10 @@ class DisplacedObjects:
         steady = [each for each in self._objects.values() if each.was_steady]
         if self._finds_change(steady, scan, vehicle):
             self._since_s = t_s
-        elif t_s - self._since_s > HELD_S:
+        elif t_s - self._since_s > HELD_S and not (self._before and moving):
             self._before = []
             self._find_vanished(steady)
-        self._echoes.append((t_s, _places_of(scan, vehicle)))
+        self._scans.append(scan)
 
     def _expected(self, steady: list[_Object]) -> tuple[list[_Place], float]:
         """Return where objects were lately, and how far they may be from there now, m.
@@ -156,9 +155,10 @@ class DisplacedObjects:
         """
         if self._before:
             return self._before, REACH_M
-        if len(steady) >= FEWEST or not self._echoes or self._t_s - self._echoes[0][0] > FAST_MEMORY_S:
+        if len(steady) >= FEWEST:
             return [each.places[PINGS] for each in steady], REACH_M
-        return self._echoes[0][1], MOVERS * REACH_M
+        lately = (_places_of(each) for each in self._scans if self._t_s - each.t_ns / NS <= FAST_MEMORY_S)
+        return next(lately, []), MOVERS * REACH_M
 
     def _finds_change(self, steady: list[_Object], scan: Scan, vehicle: Vehicle) -> bool:
         """Return whether there is a change: two of PINGS pings show it, as it may come and go."""
@@ -211,9 +211,12 @@ class DisplacedObjects:
                 self._objects[number] = _Object(look, _Place(look.position, vehicle))
 
 
-def _places_of(scan: Scan, vehicle: Vehicle) -> list[_Place]:
-    """Return the places of the echoes of small objects, of not more than MOST."""
-    rows, (north, east) = scan.echoes.rows, vehicle.rotation[:2, 0]
+def _places_of(scan: Scan) -> list[_Place]:
+    """Return the places of the echoes of small objects, of not more than MOST; none without a pose."""
+    rows, vehicle = scan.echoes.rows, scan.vehicle
+    if vehicle is None:
+        return []
+    north, east = vehicle.rotation[:2, 0]
     small = np.flatnonzero(rows.radius < LARGEST_M)
     small = small[:: len(small) // MOST + 1]
     azimuth = math.atan2(east, north) + rows.bearing[small]

@@ -19,8 +19,8 @@ from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.output.snapshot import Snapshot
 
 SEEN_EVERY_S, FITTED_EVERY_S = 0.1, 0.5
-UNSTEADY = "changes from ping to ping"
-"""Says the pipeline of a sample spacing or sound speed; then ranges may be off by as much."""
+UNSTEADY = "sample spacing changes from ping to ping"
+"""Says the pipeline; then ranges may be off by as much: by a metre or more, as a sound speed's noise is not."""
 
 
 class CommonErrors:
@@ -40,7 +40,7 @@ class CommonErrors:
 
     def look(self, snapshot: Snapshot, scan: Scan, motion: Motion) -> None:
         """Take in a ping: the objects after it, its echoes, and how the vehicle moves."""
-        self._displaced.look(snapshot, scan)
+        self._displaced.look(snapshot, scan, moving=bool(self._findings))
         t_s = scan.t_ns / NS
         if scan.vehicle is None or t_s - self._seen_s < SEEN_EVERY_S:
             return
