@@ -96,23 +96,36 @@ def test_a_log_of_amplitudes_is_judged_as_they_are(dtype: type) -> None:
     np.testing.assert_allclose(of_counts, fronts.windows(*echoes, amplitude, AMPLITUDE), atol=1.0)
 
 
-def test_the_network_is_what_another_correlation_makes_of_its_weights() -> None:
-    rng = np.random.default_rng(0)
-    steps = ((1, 2), (2, 2), (1, 2))
-    arrays: dict[str, Floats32] = {"steps": np.array(steps, np.float32)}
+STEPS = ((1, 2), (2, 2), (1, 2))
+
+
+def random_weights(rng: np.random.Generator, channels: tuple[int, ...], hidden: int) -> dict[str, Floats32]:
+    arrays: dict[str, Floats32] = {"steps": np.array(STEPS, np.float32)}
     before, shape = 1, (BEAMS, CELLS)
-    for k, (channels, around) in enumerate([(16, (3, 5)), (32, (3, 5)), (16, (3, 3))]):
-        arrays[f"convolution{k}"] = rng.normal(size=(*around, before, channels)).astype(np.float32)
-        arrays[f"convolution{k}_bias"] = rng.normal(size=channels).astype(np.float32)
-        before, shape = channels, (-(-shape[0] // steps[k][0]), -(-shape[1] // steps[k][1]))
-    for name, into, out in [("hidden", before * shape[0] * shape[1], 48), ("last", 48, 1)]:
+    for k, (count, around) in enumerate(zip(channels, [(3, 5), (3, 5), (3, 3)], strict=True)):
+        arrays[f"convolution{k}"] = rng.normal(size=(*around, before, count)).astype(np.float32)
+        arrays[f"convolution{k}_bias"] = rng.normal(size=count).astype(np.float32)
+        before, shape = count, (-(-shape[0] // STEPS[k][0]), -(-shape[1] // STEPS[k][1]))
+    for name, into, out in [("hidden", before * shape[0] * shape[1], hidden), ("last", hidden, 1)]:
         arrays[name] = rng.normal(size=(into, out)).astype(np.float32)
         arrays[f"{name}_bias"] = rng.normal(size=out).astype(np.float32)
+    return arrays
+
+
+@pytest.mark.parametrize(("channels", "hidden"), [((16, 24, 16), 48), ((16, 32, 16), 40)])
+def test_a_network_of_other_sizes_than_the_kernel_is_for_scores_nothing(channels: tuple[int, ...], hidden: int) -> None:
+    network = network_of(random_weights(np.random.default_rng(0), channels, hidden))
+    assert np.isnan(network.scores(np.ones((2, BEAMS, CELLS), np.float32))).all()
+
+
+def test_the_network_is_what_another_correlation_makes_of_its_weights() -> None:
+    rng = np.random.default_rng(0)
+    arrays = random_weights(rng, (16, 32, 16), 48)
     windows = 10.0 * rng.normal(size=(3, BEAMS, CELLS)).astype(np.float32)
 
     for window, score in zip(windows, network_of(arrays).scores(windows), strict=True):
         seen = window[..., None] / 10.0
-        for k, (beams, cells) in enumerate(steps):
+        for k, (beams, cells) in enumerate(STEPS):
             weights = arrays[f"convolution{k}"]
             made = [
                 sum(correlate(seen[..., i], weights[..., i, o], "same", "direct") for i in range(seen.shape[2]))
