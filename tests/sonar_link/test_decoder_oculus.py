@@ -40,6 +40,11 @@ def test_oculus_without_gamma_stays_8_bit(tmp_path: Path) -> None:
     assert frame_of(ping).tolist() == raw_oculus(0).tolist()
 
 
+def test_a_file_that_is_only_cut_off_has_no_other_losses(tmp_path: Path) -> None:
+    path = edited(tmp_path / "cut.raw", OCULUS, lambda data: data.__delitem__(slice(182016 + 1000, None)))
+    assert dict(open_pings(path).losses) == {"garbage_bytes": 1000}
+
+
 def test_oculus_cut_off_corrupt_and_foreign(tmp_path: Path) -> None:
     def spoil(data: bytearray) -> None:
         struct.pack_into("<H", data, 182016 + 106, 65535)  # lines of the second ping

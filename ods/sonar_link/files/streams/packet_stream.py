@@ -46,7 +46,7 @@ class PacketStreamDecoder(Decoder):
         if not found:
             raise PingFileError(f"{path}: no complete {self.image_called} in it")
         pings = LazyPings(len(found), lambda index: self._ping(data, found[index], index))
-        return PingSequence(pings, timed=self.timed, losses=losses)
+        return PingSequence(pings, timed=self.timed, losses=+losses)
 
     def _images(self, data: mmap, losses: "Counter[str]") -> Iterator[int]:
         """Yield the offset of each whole image; count all else."""
