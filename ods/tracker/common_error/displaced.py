@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Mask
+from ods.base.arrays import Floats, Ints, Mask
 from ods.base.clock import NS
 from ods.tracker.common_error.causes import FEWEST, SURELY
 from ods.tracker.common_error.least_squares import FAST_MEMORY_S
@@ -36,6 +36,8 @@ GATE_M = 0.5
 """An echo is an object's if ranges differ by less, and bearings by `SURELY` standard deviations."""
 MORE_THAN_STILL = 2.0
 """Ratio of the number of objects that agree with a change to that of those that agree with none."""
+FEWEST_ECHOES = 5
+"""Number of echoes that must be displaced where there are no static objects: of some clutter they may be by chance."""
 MOVERS = 2.0
 """Ratio by which movers may be farther from where they were: 2 m/s at 7 pings a second."""
 WITHIN_S = 3.0
@@ -103,6 +105,16 @@ class _Object:
         self.look = look
 
 
+class _Expected(NamedTuple):
+    """Where objects were lately."""
+
+    places: list[_Place]
+    reach_m: float = REACH_M
+    """They may be so far from there now."""
+    fewest: int = FEWEST
+    """So many at least must be displaced."""
+
+
 class _Change(NamedTuple):
     """One change that puts objects at echoes."""
 
@@ -148,23 +160,23 @@ class DisplacedObjects:
             self._find_vanished(steady)
         self._scans.append(scan)
 
-    def _expected(self, steady: list[_Object]) -> tuple[list[_Place], float]:
-        """Return where objects were lately, and how far they may be from there now, m.
+    def _expected(self, steady: list[_Object]) -> _Expected:
+        """Return where objects were lately.
 
         Where nothing is static, as while all turns or alternates, these are the echoes of a moment ago, some of movers.
         """
         if self._before:
-            return self._before, REACH_M
+            return _Expected(self._before)
         if len(steady) >= FEWEST:
-            return [each.places[PINGS] for each in steady], REACH_M
+            return _Expected([each.places[PINGS] for each in steady])
         lately = (_places_of(each) for each in self._scans if self._t_s - each.t_ns / NS <= FAST_MEMORY_S)
-        return next(lately, []), MOVERS * REACH_M
+        return _Expected(next(lately, []), MOVERS * REACH_M, FEWEST_ECHOES)
 
     def _finds_change(self, steady: list[_Object], scan: Scan, vehicle: Vehicle) -> bool:
         """Return whether there is a change: two of PINGS pings show it, as it may come and go."""
-        places, reach_m = self._expected(steady)
-        places = [each for each in places if _should_be_seen(each, scan, vehicle)]
-        change = _change(places, reach_m, scan, vehicle)
+        expected = self._expected(steady)
+        places = [each for each in expected.places if _should_be_seen(each, scan, vehicle)]
+        change = _change(expected._replace(places=places), scan, vehicle)
         found = change is not None and any(change.is_like(other) for other in self._changes)
         self._changes.append(change)
         if change is None or not found:
@@ -212,7 +224,7 @@ class DisplacedObjects:
 
 
 def _places_of(scan: Scan) -> list[_Place]:
-    """Return the places of the echoes of small objects, of not more than MOST; none without a pose."""
+    """Return the places of the echoes of small objects, of not more than MOST, one a place; none without a pose."""
     rows, vehicle = scan.echoes.rows, scan.vehicle
     if vehicle is None:
         return []
@@ -221,7 +233,8 @@ def _places_of(scan: Scan) -> list[_Place]:
     small = small[:: len(small) // MOST + 1]
     azimuth = math.atan2(east, north) + rows.bearing[small]
     places = vehicle.position[:2] + (rows.range_m[small] * np.array([np.cos(azimuth), np.sin(azimuth)])).T
-    return [_Place(place, vehicle) for place in places.tolist()]
+    near = np.hypot(*(places[:, None] - places).T) < REACH_M
+    return [_Place(place, vehicle) for place in places[~np.triu(near, 1).any(axis=0)].tolist()]
 
 
 def _polar(place: _Place, vehicle: Vehicle) -> tuple[float, float]:
@@ -235,20 +248,20 @@ def _wrapped(angles: Floats) -> Floats:
     return np.remainder(angles + np.pi, 2.0 * np.pi) - np.pi
 
 
-def _change(places: list[_Place], reach_m: float, scan: Scan, vehicle: Vehicle) -> _Change | None:
-    """Return the one change of all ranges or bearings that puts most objects at n places at echoes; None if most are
-    seen where they are, or no change does."""
-    polar, echoes = np.array([_polar(each, vehicle) for each in places]).reshape(-1, 2), scan.echoes.rows
-    range_m, bearing = polar.T[:, :, None]
-    longer, turn = echoes.range_m - range_m, _wrapped(echoes.bearing - bearing)
-    still = (np.hypot(longer, range_m * turn) < reach_m).any(axis=1)
-    wanted = max(FEWEST, SHARE * len(places), MORE_THAN_STILL * np.count_nonzero(still))
+def _change(expected: _Expected, scan: Scan, vehicle: Vehicle) -> _Change | None:
+    """Return the one change of all ranges or bearings that puts most objects at echoes; None if most are seen where
+    they are, or no change does."""
+    places, rows = expected.places, scan.echoes.take(np.flatnonzero(scan.echoes.rows.radius < LARGEST_M)).rows
+    range_m, bearing = np.array([_polar(each, vehicle) for each in places]).reshape(-1, 2).T[:, :, None]
+    longer, turn = rows.range_m - range_m, _wrapped(rows.bearing - bearing)
+    still = (np.hypot(longer, range_m * turn) < expected.reach_m).any(axis=1)
+    wanted = max(expected.fewest, SHARE * len(places), MORE_THAN_STILL * np.count_nonzero(still))
     if wanted > len(places):
         return None
-    gate = SURELY * np.maximum(echoes.sigma_bearing, LEAST_SIGMA_RAD)
+    gate = SURELY * np.maximum(rows.sigma_bearing, LEAST_SIGMA_RAD)
     near, aligned = np.abs(longer) < GATE_M, np.abs(turn) < gate
     near[still] = aligned[still] = False
-    mirrored = near & (np.abs(_wrapped(echoes.bearing + bearing)) < gate)
+    mirrored = near & (np.abs(_wrapped(rows.bearing + bearing)) < gate)
     changes = [
         _most_alike(TURNED, near, np.degrees(turn), np.degrees(gate)),
         _most_alike(MIRRORED, mirrored, np.zeros_like(turn), gate),
@@ -261,15 +274,21 @@ def _change(places: list[_Place], reach_m: float, scan: Scan, vehicle: Vehicle) 
 
 def _most_alike(words: str, possible: Mask, size: Floats, gate: Floats) -> _Change:
     """Return the size of a change with which most objects agree; all are (n, m), of n objects and m echoes."""
-    of, _ = pairs = possible.nonzero()
+    of, by = pairs = possible.nonzero()
     sizes, gates = size[pairs], np.broadcast_to(gate, size.shape)[pairs]
     if not len(of):
         return _Change(0, words, 0.0, 0.0)
     agree = np.abs(sizes[:, None] - sizes) < gates[:, None]
-    own = (of[:, None] == np.arange(len(possible))).astype(np.float32)
-    counts = np.count_nonzero(agree.astype(np.float32) @ own, axis=1)
+    counts = np.minimum(_different(agree, of), _different(agree, by))
     best = int(counts.argmax())
     return _Change(int(counts[best]), words, float(np.median(sizes[agree[best]])), float(gates[best]))
+
+
+def _different(agree: Mask, rows: Ints) -> Ints:
+    """Return how many different rows each of k pairs agrees with, of (k, k) and those of each pair."""
+    own = (rows[:, None] == np.unique(rows)).astype(np.float32)
+    counts: Ints = np.count_nonzero(agree.astype(np.float32) @ own, axis=1)
+    return counts
 
 
 def _should_be_seen(place: _Place, scan: Scan, vehicle: Vehicle) -> bool:
