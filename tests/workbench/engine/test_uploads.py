@@ -54,7 +54,7 @@ async def test_what_is_known_is_kept_and_may_be_opened(own_data: Path, name: str
         ("x.npz", b"1", "not kept: x.npz: "),
         ("x.mcap", b"\x89MCAP0\r\n", "not kept: x.mcap: "),
         ("x.aris", ARIS[:2000], "not kept: x.aris: "),
-        ("x.avi", b"\0" * 99, "not kept: no clip"),
+        ("x.avi", b"\0" * 99, "not kept: not a clip"),
         ("x.toml", b"[bus]\n", "not kept: x.toml: "),
     ],
 )
