@@ -35,7 +35,7 @@ class ExistenceModel(NamedTuple):
     """and others."""
     most_ratio: float = 3.0
     """Largest log-likelihood ratio of the onset for an object, and of the leading edge against one."""
-    onset_enough: float = 6.0
+    onset_enough: float = 8.0
     """Against an object the onset counts from this number of echoes on."""
     odds_factor: float = 3.3
     """Factor on the odds to confirm a new track where rises are measured: a few sharp echoes may be chance."""
