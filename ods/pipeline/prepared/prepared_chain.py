@@ -12,9 +12,9 @@ from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
 from ods.pipeline.image.gained_image import DoubleBuffer
 from ods.pipeline.image.image_layout import ImageLayout, RangeBand
 from ods.pipeline.image.regions import Regions, chosen, shared_at
-from ods.pipeline.image.samples.amplitude import SampleScale
 from ods.pipeline.image.samples.recorded import Frame, Recorded, RegionNumbers, paint
-from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, measure_echoes, parted
+from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, parted
+from ods.pipeline.measure.pieces import measure_pieces
 from ods.pipeline.prepared.filter_chain import FilterChain
 from ods.pipeline.prepared.frame_reader import FrameReader
 from ods.pipeline.prepared.speckle import Alive, filtered_speckle
@@ -92,13 +92,19 @@ class PreparedChain:
         rows = None if mask is None else mask[layout.rows]
         try:
             regions = self._regions(image, recorded)
-            found, faint = self._echoes(image, regions, recorded, frame.scale, Numbers(rows, before))
+            found, faint = self._echoes(image, regions, recorded, frame, ping, Numbers(rows, before))
         except NotANumberError as error:
             raise self._culprit(frame, ping) from error
         return Found(found, faint, regions.heard_from)
 
     def _echoes(
-        self, image: Image, regions: Regions, recorded: Recorded, scale: SampleScale, numbers: Numbers
+        self,
+        image: Image,
+        regions: Regions,
+        recorded: Recorded,
+        frame: Frame,
+        ping: PingContext,
+        numbers: Numbers,
     ) -> tuple[EchoTable, EchoTable]:
         """Return the echoes of regions, and the faint ones, and number those that are not. Raises NotANumberError."""
         found: list[EchoTable] = []
@@ -106,12 +112,14 @@ class PreparedChain:
         is_judged = regions.fronts and regions.faint is not None and bool(regions.faint.any())
         before, least_front = numbers.before, LEAST_FRONT if is_judged else -1.0
         for band, inside in _by_band(regions, self._layout.bands):
-            echoes = measure_echoes(image, inside, recorded, band.fan)
+            pieces, echoes = measure_pieces(image, inside, recorded, band.fan, ping.pose)
             if is_judged:
-                echoes["front"] = self._fronts.of(echoes["bearing_rad"], echoes["near_m"], recorded.samples, scale)
-            strong, weak = parted(echoes, inside.faint, Wanted(band.from_m, band.to_m, least_front))
+                echoes["front"] = self._fronts.of(
+                    echoes["bearing_rad"], echoes["near_m"], recorded.samples, frame.scale
+                )
+            strong, weak = parted(echoes, pieces.faint, Wanted(band.from_m, band.to_m, least_front))
             if numbers.mask is not None:
-                paint(_strong(inside, echoes, band), before, recorded, numbers.mask)
+                paint(_strong(pieces, echoes, band), before, recorded, numbers.mask)
             found.append(strong)
             faint.append(weak)
             before += len(strong)
