@@ -27,7 +27,8 @@ SOUND_SPEEDS = (1350.0, 1650.0)
 class PingProcessor:
     """The chain and the poses of the sonar's head.
 
-    `counters`: pings_without_pose, of a mechanically scanned sonar beams_without_pose, and those of the pose buffer.
+    `counters`: those of the pose buffer; where a stage compares pings, and of range images, pings_without_pose; of a
+    mechanically scanned sonar beams_without_pose.
     """
 
     def __init__(
@@ -64,7 +65,7 @@ class PingProcessor:
 
     def _found(self, ping: Ping) -> Detections:
         pose = self._head_at(ping.t_ns)
-        self.counters["pings_without_pose"] += pose is None
+        self.counters["pings_without_pose"] += pose is None and (self.chain.over_pings or ping.range_grid is not None)
         return self.chain.process(ping, pose=pose)
 
     def _found_by_sweep(self, ping: Ping) -> Detections:
