@@ -15,7 +15,7 @@ typedef struct {
 
 /* A square: how many sides it is north and east of the origin. */
 typedef struct {
-    int64_t north, east;
+    double north, east; /* whole numbers */
 } Square;
 
 /* The squares in which the region that is being cut lies. */
@@ -47,8 +47,8 @@ static int64_t cut_run(Run run, const World *world, Squares *known, int64_t befo
     int64_t parts = 0;
     for (int32_t j = run.first; j < run.stop; j++) {
         const double range_m = fan->range0_m + (double)j * fan->dr_m;
-        const Square square = {(int64_t)floor((world->position[0] + range_m * sight[0]) / world->side_m),
-                               (int64_t)floor((world->position[1] + range_m * sight[1]) / world->side_m)};
+        const Square square = {floor((world->position[0] + range_m * sight[0]) / world->side_m),
+                               floor((world->position[1] + range_m * sight[1]) / world->side_m)};
         const int32_t number = (int32_t)(before + 1 + number_of(known, square));
         if (parts > 0 && out[parts - 1].region == number)
             out[parts - 1].stop = j + 1;
