@@ -11,9 +11,9 @@ from ods.messages import Detection
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.regions import Regions
 from ods.pipeline.image.samples.recorded import Recorded
+from ods.pipeline.measure import pieces
 from ods.pipeline.measure.echoes import EchoTable, measure
 from ods.pipeline.measure.sigmas.features import Features
-from ods.pipeline.prepared import prepared_chain
 
 
 class Seen(NamedTuple):
@@ -52,5 +52,5 @@ class Received:
 def received() -> Iterator[Received]:
     """Keep the features of what all chains of this process measure."""
     reported = Received()
-    with patch.object(prepared_chain, "measure_echoes", reported.listen):
+    with patch.object(pieces, "measure_echoes", reported.listen):
         yield reported

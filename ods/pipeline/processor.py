@@ -25,10 +25,10 @@ SOUND_SPEEDS = (1350.0, 1650.0)
 
 
 class PingProcessor:
-    """The chain and the poses that its stages may need.
+    """The chain and the poses of the sonar's head.
 
-    `counters`: where a stage compares pings, pings_without_pose and those of the pose buffer; of a mechanically scanned
-    sonar, beams_without_pose and those of the pose buffer.
+    `counters`: those of the pose buffer; where a stage compares pings, and of range images, pings_without_pose; of a
+    mechanically scanned sonar beams_without_pose.
     """
 
     def __init__(
@@ -42,24 +42,15 @@ class PingProcessor:
         self._poses.counters = self.counters
         self._repeated = RepeatedImage()
         self._steadiness = Steadiness()
-        self._swept: SweptSonar | None = None
-        """Once a ping of a mechanically scanned sonar has come."""
+        self._swept = SweptSonar(self._head_at)
         self._poses_until, self._poses_heard = -1, 0
-        self._needs_poses = self.chain.over_pings
-        """Range images also need them, to know what is level."""
 
     def add_pose(self, pose: Pose) -> None:
         """Take in a pose."""
         self._poses_until = pose.seq
         self._poses_heard += 1
         self._repeated.add_pose(pose)
-        if self._needs_poses or self._swept:
-            self._poses.insert(pose)
-
-    def follow_sweeps(self) -> SweptSonar:
-        """Keep poses for a mechanically scanned sonar, from now on or already; without this from its first ping on."""
-        self._swept = self._swept or SweptSonar(self._head_at)
-        return self._swept
+        self._poses.insert(pose)
 
     def process(self, ping: Ping) -> Detections:
         """Return the detections of a ping. Raises PingError, StageError."""
@@ -73,10 +64,8 @@ class PingProcessor:
         )
 
     def _found(self, ping: Ping) -> Detections:
-        needed = self._needs_poses
-        self._needs_poses = self.chain.over_pings or ping.range_grid is not None
-        pose = self._head_at(ping.t_ns) if needed else None
-        self.counters["pings_without_pose"] += needed and pose is None
+        pose = self._head_at(ping.t_ns)
+        self.counters["pings_without_pose"] += pose is None and (self.chain.over_pings or ping.range_grid is not None)
         return self.chain.process(ping, pose=pose)
 
     def _found_by_sweep(self, ping: Ping) -> Detections:
@@ -84,10 +73,9 @@ class PingProcessor:
             raise PingError(
                 "a stage compares successive pings, which is not possible with a mechanically scanned sonar"
             )
-        swept = self.follow_sweeps()
-        image = swept.image(ping)
-        self.counters["beams_without_pose"] = swept.without_pose
-        return swept.detections(image, self.chain.process(image.ping))
+        image = self._swept.image(ping)
+        self.counters["beams_without_pose"] = self._swept.without_pose
+        return self._swept.detections(image, self.chain.process(image.ping))
 
     def _head_at(self, t_ns: int) -> PoseEstimate | None:
         return head_of(self._poses.at(t_ns), self._mounting)

@@ -21,11 +21,12 @@ LONGEST_WORK_NS = bus.TOPICS["detections"].stale_s / 2 * clock.NS
 
 
 class PipelineWorker(Worker[PipelineConfig]):
-    """Publishes `detections` for each `ping`; reads `pose` for the stages that compare pings.
+    """Publishes `detections` for each `ping`; reads `pose` to cut walls into pieces that stay, and for the stages
+    that compare pings.
 
     A chain that is too slow for every ping gets the newest each time. Counters: skipped_pings (the others), bad_ping,
-    failed_stage, drop_out_image, unseen_images, detections, process_mean_us, process_max_us and, where a stage compares
-    pings, pings_without_pose and those of the pose buffer; what a lagging subscription drops is counted there
+    failed_stage, drop_out_image, unseen_images, detections, process_mean_us, process_max_us, those of the pose buffer
+    and, where a stage compares pings, pings_without_pose; what a lagging subscription drops is counted there
     (dropped_ping).
     """
 

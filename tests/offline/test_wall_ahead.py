@@ -1,4 +1,4 @@
-"""Walls that fill the fan, from the simulator to the planner's list: their echoes are cut off on both sides."""
+"""Walls from the simulator to the planner's list: their echoes fill the fan, or are longer than one circle may be."""
 
 import math
 
@@ -11,6 +11,7 @@ from ods.base.clock import NS
 from ods.base.files.shipped import shipped_file
 from ods.messages import ObstacleList
 from ods.offline.mission import Mission, MissionSettings
+from ods.pipeline.measure.pieces import LARGEST_M
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.scene.settings import Plane, VehiclePath
@@ -76,3 +77,26 @@ def test_the_walls_of_a_corridor_and_its_end_are_in_each_list_that_is_valid() ->
     late = [each for each in lists if each.valid and each.t_ns > lists[0].t_ns + CONFIRMED_S * NS]
     assert len(late) > 20
     assert all(nearest_m(each) < aside / math.sin(math.radians(44.0)) for each in late)
+
+
+@pytest.mark.parametrize(("aslant_deg", "away_m"), [(0.0, 40.0), (-30.0, 45.0), (60.0, 35.0)])
+def test_the_nearest_point_of_a_wall_is_covered_and_what_lies_before_it_is_free(
+    aslant_deg: float, away_m: float
+) -> None:
+    """One circle had all of the wall: it reached far before it, and not to its near end where it stood aslant."""
+    file = scene_with_seed(shipped_file("scenes/sea/gentle.toml"), 0).file
+    turn = math.radians(180.0 + aslant_deg)
+    wall = smooth_wall("wall", away_m, 3.0, (math.cos(turn), math.sin(turn)), 24.0)
+    ahead = VehiclePath(position_ned=(0.0, 0.0, 20.0), velocity_ned=(1.0, 0.0, 0.0))
+    lists = lists_of(Scene(msgspec.structs.replace(file, objects=[wall], vehicle=ahead)), SECONDS)
+    late = [each for each in lists if each.valid and each.t_ns > lists[0].t_ns + CONFIRMED_S * NS]
+    assert len(late) > 20
+    steps = [0.25 * k - 12.0 for k in range(97)]
+    places = [(away_m - step * math.sin(turn), 3.0 + step * math.cos(turn)) for step in steps]
+    for each in late:
+        assert each.pose is not None
+        north, east, _ = each.pose.position_ned
+        from_m, place = min((math.hypot(n - north, e - east), (n, e)) for n, e in places)
+        assert from_m - nearest_m(each) < LARGEST_M
+        edges = [math.dist(place, o.position_ned[:2]) - o.radius_m for o in each.obstacles]
+        assert min(edges) < 1.0

@@ -94,7 +94,6 @@ def processor(settings: PipelineSettings | None = None) -> PingProcessor:
 def run(sea: Sea, sweeps: list[list[int]], sector: tuple[int, int], every: int = 10) -> list[Detections]:
     """Return what is found; the poses of all beams are known, as far back as the chain looks."""
     chain, seq, found = processor(), 0, []
-    chain.follow_sweeps()
     for ping in sea.pings(sweeps, sector, every):
         while 0.02 * seq <= ping.t_ns / NS + 0.1:
             chain.add_pose(sea.pose(0.02 * seq, seq))

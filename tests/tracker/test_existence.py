@@ -20,7 +20,7 @@ from ods.tracker.existence.evidence import (
 )
 from ods.tracker.existence.lifecycle import ACTIVE, TENTATIVE
 from ods.tracker.existence.model import EXISTENCE, MODEL
-from ods.tracker.measurement.scan import LARGEST_PATCH_M, Echoes, echoes_of
+from ods.tracker.measurement.scan import Echoes, echoes_of
 from ods.tracker.restart.state import TrackerState
 from ods.tracker.settings import EchoSettings, LifeSettings, TrackerSettings
 from ods.tracker.track.tracks import History
@@ -249,10 +249,3 @@ def after_an_echo(radius: float, onset: float, front: float) -> TrackerState:
 def test_an_echo_that_is_joined_with_neighbours_tells_nothing_of_how_it_sets_in(onset: float, front: float) -> None:
     assert after_an_echo(6.0, onset, front) == after_an_echo(6.0, 0.0, 0.0)
     assert after_an_echo(1.0, onset, front) != after_an_echo(1.0, 0.0, 0.0)
-
-
-@pytest.mark.parametrize(("radius", "tells"), [(LARGEST_PATCH_M, True), (LARGEST_PATCH_M + 0.1, False)])
-def test_what_is_larger_than_a_patch_of_bottom_tells_neither_onset_nor_front(radius: float, tells: bool) -> None:
-    """A long wall that stands aslant to the beams sets in slowly, and is no clutter."""
-    found, _ = echoes_of(np.array([[60.0, 0.1, 0.0, radius, 0.2, 0.01, 0.3, 25.0, 0.0, 0.0, 3.0, 0.02]]))
-    assert (found.rows.onset[0] > 0.0, found.rows.front[0] > 0.0) == (tells, tells)

@@ -8,13 +8,14 @@ import numpy as np
 
 from ods.base.arrays import Image
 from ods.compiled import native
+from ods.messages import Pose
 from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
 from ods.pipeline.image.gained_image import DoubleBuffer
 from ods.pipeline.image.image_layout import ImageLayout, RangeBand
 from ods.pipeline.image.regions import Regions, chosen, shared_at
-from ods.pipeline.image.samples.amplitude import SampleScale
 from ods.pipeline.image.samples.recorded import Frame, Recorded, RegionNumbers, paint
-from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, measure_echoes, parted
+from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, parted
+from ods.pipeline.measure.pieces import measure_pieces
 from ods.pipeline.prepared.filter_chain import FilterChain
 from ods.pipeline.prepared.frame_reader import FrameReader
 from ods.pipeline.prepared.speckle import Alive, filtered_speckle
@@ -22,6 +23,7 @@ from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.params import NotANumberError, StageError
 from ods.pipeline.stage.step import PingContext, PreparedDetector
 from ods.pipeline.stage.watch import StageImage, Watch
+from ods.pose.buffer import PoseEstimate
 
 
 class Found(NamedTuple):
@@ -83,7 +85,7 @@ class PreparedChain:
         rows = None if mask is None else mask[layout.rows]
         try:
             regions = self._regions(image, recorded)
-            found, faint = self._echoes(image, regions, recorded, frame.scale, rows, before)
+            found, faint = self._echoes(image, regions, recorded, frame.scale, ping.pose, rows, before)
         except NotANumberError as error:
             raise self._culprit(frame, ping) from error
         return Found(found, faint, regions.heard_from)
@@ -94,24 +96,25 @@ class PreparedChain:
         regions: Regions,
         recorded: Recorded,
         scale: SampleScale,
+        head: Pose | PoseEstimate | None,
         mask: RegionNumbers | None,
         before: int,
     ) -> tuple[EchoTable, EchoTable]:
         """Return the echoes of regions, and the faint ones. Raises NotANumberError.
 
-        mask: (beams of the image, all samples), in which those that are not faint are numbered from `before` + 1 on.
+        head: the sonar's, None: not known. mask: (beams of the image, all samples), in which those that are not faint are numbered from `before` + 1 on.
         """
         found: list[EchoTable] = []
         faint: list[EchoTable] = []
         is_judged = regions.fronts and regions.faint is not None and bool(regions.faint.any())
         least_front = LEAST_FRONT if is_judged else -1.0
         for band, inside in _by_band(regions, self._layout.bands):
-            echoes = measure_echoes(image, inside, recorded, band.fan)
+            pieces, echoes = measure_pieces(image, inside, recorded, band.fan, head)
             if is_judged:
                 echoes["front"] = self._fronts.of(echoes["bearing_rad"], echoes["near_m"], recorded.samples, scale)
-            strong, weak = parted(echoes, inside.faint, Wanted(band.from_m, band.to_m, least_front))
+            strong, weak = parted(echoes, pieces.faint, Wanted(band.from_m, band.to_m, least_front))
             if mask is not None:
-                paint(_strong(inside, echoes, band), before, recorded, mask)
+                paint(_strong(pieces, echoes, band), before, recorded, mask)
             found.append(strong)
             faint.append(weak)
             before += len(strong)

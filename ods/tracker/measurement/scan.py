@@ -92,9 +92,6 @@ class Echoes(Named[EchoRows]):
 
 SMALLEST_SIGMA = 1e-4
 """Standard deviations below this (m, rad) are no claim a sonar can make; they are raised to it."""
-LARGEST_PATCH_M = 8.0
-"""What shines of a patch of bottom is smaller: a larger echo is of a wall or the like, which sets in as it stands to
-the beams, so that its onset and front show nothing."""
 LARGEST = 1e5
 """No range, radius or standard deviation of a sonar is larger."""
 
@@ -111,8 +108,6 @@ def echoes_of(table: Floats) -> tuple[Echoes, int]:
     claims = np.array([rows.radius, rows.sigma_range, rows.sigma_bearing, rows.sigma_radius])
     good = (np.abs(table) <= LARGEST).all(axis=1) & (rows.range_m > 0.0) & (claims >= 0.0).all(axis=0)
     echoes = Echoes(np.ascontiguousarray(table[good].T))
-    wide = echoes.rows.radius > LARGEST_PATCH_M
-    echoes.rows.onset[wide] = echoes.rows.front[wide] = 0.0
     for sigma in (echoes.rows.sigma_range, echoes.rows.sigma_bearing, echoes.rows.sigma_radius):
         np.maximum(sigma, SMALLEST_SIGMA, out=sigma)
     return echoes, int(len(good) - np.count_nonzero(good))
