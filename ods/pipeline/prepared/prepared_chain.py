@@ -13,6 +13,7 @@ from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
 from ods.pipeline.image.gained_image import DoubleBuffer
 from ods.pipeline.image.image_layout import ImageLayout, RangeBand
 from ods.pipeline.image.regions import Regions, chosen, shared_at
+from ods.pipeline.image.samples.amplitude import SampleScale
 from ods.pipeline.image.samples.recorded import Frame, Recorded, RegionNumbers, paint
 from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, parted
 from ods.pipeline.measure.pieces import measure_pieces
@@ -102,7 +103,8 @@ class PreparedChain:
     ) -> tuple[EchoTable, EchoTable]:
         """Return the echoes of regions, and the faint ones. Raises NotANumberError.
 
-        head: the sonar's, None: not known. mask: (beams of the image, all samples), in which those that are not faint are numbered from `before` + 1 on.
+        head: the sonar's, None: not known. mask: (beams of the image, all samples), in which those that are not faint
+        are numbered from `before` + 1 on.
         """
         found: list[EchoTable] = []
         faint: list[EchoTable] = []
