@@ -1,1 +1,1 @@
-"""Data of the INS, on CAN or as text, to poses."""
+"""INS data, on CAN or as text, to poses."""

@@ -1,4 +1,4 @@
-"""Plausibility of altitudes over the bottom. A pose is as good without one, so a wrong one is only left out."""
+"""Plausibility of altitudes over the bottom. A pose does not need one, so a wrong one is only omitted."""
 
 import logging
 from collections import Counter

@@ -1,4 +1,4 @@
-"""Values that come at rates of their own, held until the next ones come or they are too old."""
+"""Values with a rate of their own, held until the next ones arrive or they are too old."""
 
 from collections.abc import Collection, Iterable, Iterator
 from math import inf

@@ -1,4 +1,4 @@
-"""Poses of the INS's reference point to poses of the body's origin, which is what everybody else speaks of."""
+"""Transforms poses of the INS's reference point to the body's origin, which all other code uses."""
 
 import msgspec
 

@@ -38,7 +38,7 @@ UNITS: dict[str, str] = {
 }
 """Every pose field and its unit."""
 WILD = 1e9
-"""No field of any unit is so large; calculating with it is safe."""
+"""Larger than any field in any unit; computing with it is safe."""
 LARGEST_SIGMA = {"m": 1e7, "rad": 1e3}
 """A `Pose` carries no more, by unit."""
 ANGLE_SLACK_RAD = 1e-3
@@ -54,7 +54,7 @@ class Age(NamedTuple):
     growth: float
     """Of its standard deviation, a second: m or rad."""
     sigma: float = 0.0
-    """What comes to its standard deviation besides."""
+    """Added to its standard deviation."""
 
 
 NO_AGES: Mapping[str, Age] = {}

@@ -54,7 +54,7 @@ class CanSettings(Settings, frozen=True):
 
 
 class LimitSettings(Settings, frozen=True):
-    """Poses beyond these are dropped and counted."""
+    """Limits beyond which poses are dropped and counted."""
 
     horizontal_m: Positive = 100_000.0
     """From the site's origin, along north and east."""
@@ -67,7 +67,7 @@ class LimitSettings(Settings, frozen=True):
     age_s: Annotated[Positive, slider(0.1, 5.0, unit="s")] = 1.0
     """From the pose's instant to its arrival."""
     altitude_m: Annotated[float, msgspec.Meta(gt=0.0, le=20_000.0)] = 500.0
-    """Over the bottom; a larger one is left out of its pose."""
+    """Over the bottom; a larger one is omitted from its pose."""
 
 
 class SigmaSettings(Settings, frozen=True):
@@ -82,7 +82,7 @@ class SigmaSettings(Settings, frozen=True):
 
 
 class ObjectSettings(Settings, frozen=True):
-    """Where the pose field's name is not enough."""
+    """A pose field with a factor."""
 
     field: str
     factor: float | None = None
@@ -127,13 +127,14 @@ class CanopenSettings(Settings, frozen=True):
     node_id: NodeId = 32
     """Of this node."""
     objects: dict[str, str | ObjectSettings] = msgspec.field(default_factory=lambda: dict(POSE_OBJECTS))
-    """Pose field of each object, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`. Replaces all of the
+    """Pose field of each object, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`. Replaces the whole
     default table (docs/navigation/canopen.md)."""
     status_bits: dict[str, StatusBit] | None = None
-    """Bit of the status object set while position, attitude, velocity, time_of_day or altitude is valid; parts left
-    out always are. Without this table: bits 0 to 4 in that order, if there is a status object."""
+    """Bit of the status object set while position, attitude, velocity, time_of_day or altitude is valid; parts without
+    a
+    bit are always valid. Without this table: bits 0 to 4 in that order, if there is a status object."""
     epoch_window_s: Seconds = 0.005
-    """Without sequence numbers: from first to last PDO of an instant; shorter than between instants."""
+    """Without sequence numbers: longest time from first to last PDO of an instant; less than the INS's period."""
     start_ins: bool = False
     """NMT start to the INS after boot-up and while it is pre-operational; without heartbeat, while there is no pose."""
     sync_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.0
@@ -170,7 +171,7 @@ class PartSettings(Settings, frozen=True):
     sign: Literal[1, -1] = 1
     """-1: inverted, such as a depth reported as altitude."""
     any_value: bool = False
-    """Also outside the DBC's range."""
+    """Accept values outside the DBC's range."""
 
     def __post_init__(self) -> None:
         if self.unit is not None and self.factor is not None:
@@ -192,11 +193,11 @@ class HeldSettings(Settings, frozen=True):
     """Newest values of a message with its own rate."""
 
     max_age_s: Seconds = 0.5
-    """Older values give no pose."""
+    """With older values there is no pose."""
     growth_m_s: NonNegative = 0.2
-    """Of a position's sigma with its age."""
+    """Growth of a position's sigma with its age."""
     growth_rad_s: NonNegative = 0.1
-    """Of an angle's."""
+    """Growth of an angle's sigma with its age."""
 
 
 class TimeSettings(Settings, frozen=True):
@@ -234,7 +235,7 @@ class ValiditySettings(Settings, frozen=True):
 
 
 class DbcSettings(Settings, frozen=True):
-    """Frames of a DBC file; nothing is sent."""
+    """CAN frames described by a DBC file; nothing is sent."""
 
     file: Path
     signals: dict[str, str | SignalSettings]
@@ -338,9 +339,9 @@ class NavSettings(Settings, frozen=True):
     lever_arm_m: Lever = (0.0, 0.0, 0.0)
     """Point whose position and velocity the INS reports: forward, starboard, down of the body's origin."""
     stale_s: Seconds = 0.5
-    """Longer without a pose is a problem."""
+    """Longest time without a pose before it is reported as a problem."""
     clock_jump_s: Seconds = 0.1
-    """A larger step of the INS's clock is accepted when four epochs confirm it."""
+    """A larger step of the INS's clock is accepted after four epochs confirm it."""
     limits: LimitSettings = LimitSettings()
     sigma: SigmaSettings = SigmaSettings()
 

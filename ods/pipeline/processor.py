@@ -21,7 +21,8 @@ from ods.pose.buffer import PoseBuffer, PoseEstimate
 from ods.pose.head import head_of
 
 SOUND_SPEEDS = (1350.0, 1650.0)
-"""m/s: pure water at 0 deg C has 1403, the Red Sea at the bottom 1560, brines a little more."""
+"""Sound speeds of water, m/s: 1403 in pure water at 0 deg C, 1560 at the bottom of the Red Sea, a little more in
+brine."""
 
 
 class PingProcessor:

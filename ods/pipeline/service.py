@@ -15,7 +15,7 @@ from ods.runtime.backlog import Backlog
 from ods.runtime.service import Service, StartError, Worker, notify_watchdog
 
 FAILURE_SAID_NS = clock.NS
-"""A stage that fails now and then is said all the time."""
+"""Time for which a failure of a stage stays a problem, so that one that fails repeatedly is reported without gaps."""
 LONGEST_WORK_NS = bus.TOPICS["detections"].stale_s / 2 * clock.NS
 """Processing time, ns, from which on a ping that had to wait is stale before it is tracked."""
 

@@ -42,14 +42,14 @@ DECIDED = ("window", "taps", "cutoff", "object_m", "min_cells")
 
 
 class AttentionSettings(Settings, frozen=True):
-    """Far ranges only at every n-th ping [SSIE]."""
+    """Processing of far ranges at every n-th ping only [SSIE]."""
 
     near_m: Annotated[NonNegative, slider(0.0, 100.0, step=1.0, unit="m")] = 0.0
     """Nearer ranges are processed at each ping; 0: all."""
     every: Annotated[int, msgspec.Meta(ge=1, le=50), slider(1, 16)] = 4
-    """Rings beyond `near_m`; each ping processes one."""
+    """Number of range rings beyond `near_m`, of which each ping processes one."""
     margin_m: Annotated[NonNegative, slider(0.0, 20.0, step=0.5, unit="m")] = 5.0
-    """Processed beyond a ring's borders."""
+    """Range processed beyond a ring's borders."""
     subsample: Annotated[int, msgspec.Meta(ge=0, le=16), slider(0, 8, unit="samples")] = 0
     """Range samples averaged to one first; 0: as many as `pipeline.smallest_object_m` allows."""
 
@@ -58,14 +58,15 @@ class RangeImageSettings(Settings, frozen=True):
     """3-D sonars, which do not use the stages."""
 
     least_pixels: Annotated[PositiveInt, slider(1, 50)] = 6
-    """Objects of fewer pixels are noise."""
+    """Objects of fewer pixels are dropped as noise."""
     noise_m: Annotated[NonNegative, slider(0.0, 1.0, step=0.01, unit="m")] = 0.1
-    """Neighbouring pixels are one object if their ranges differ by no more, beside what a surface 10 degrees off the
-    line of sight explains."""
+    """Largest difference in range of neighbouring pixels of one object, beyond that of a surface 10 degrees off the
+    line
+    of sight."""
     largest_m: Annotated[float, msgspec.Meta(ge=0.1, le=100.0), slider(0.2, 10.0, step=0.1, unit="m")] = 1.0
     """Largest radius: larger objects, such as walls, are cut into pieces in cells fixed in the world."""
     bottom_m: Annotated[NonNegative, slider(0.0, 3.0, step=0.05, unit="m")] = 0.3
-    """Points lower over an even bottom are no object; 0: no bottom is sought."""
+    """Points lower over an even bottom do not belong to objects; 0: the bottom is not removed."""
 
 
 class PipelineSettings(Settings, frozen=True):
@@ -76,8 +77,8 @@ class PipelineSettings(Settings, frozen=True):
     stage: tuple[StageTable, ...] = ()
     """Tables of `use`, a stage's name, and its parameters. Empty: the default (docs/pipeline/README.md)."""
     smallest_object_m: Annotated[float, msgspec.Meta(ge=0.0, le=50.0), slider(0.0, 5.0, step=0.05, unit="m")] = 0.0
-    """Smallest object that matters, along the range: decides averaging, filter and smallest region unless the stages
-    do. 0: six range samples."""
+    """Smallest object that matters, along the range: sets averaging, filter and smallest region unless the stages do.
+    0: six range samples."""
     attention: AttentionSettings = AttentionSettings()
     """Ranges that are processed at each ping."""
     min_range_m: Annotated[NonNegative, slider(0.0, 10.0, step=0.1, unit="m")] = 0.1

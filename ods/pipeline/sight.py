@@ -1,4 +1,4 @@
-"""Parts of the sector that a ping did not observe: blindness is not emptiness.
+"""Coverage: the parts of the sector that a ping did not observe.
 
 A part of the sector is unseen where there are no data, where samples are saturated, where a beam receives a source
 (`deaf_beams`), and where the level of all ranges of some beams has fallen far below what it was: a head that is
@@ -25,7 +25,7 @@ from ods.pipeline.interference.deaf_beams import FORGETTING_S, LEARNING_S, RINGS
 GROUPS = 20
 """Parts of the beams whose levels are compared with what they were, in each of RINGS parts of the range."""
 GROWING_USED_S = 60.0
-"""Time constant with which what is louder than before becomes what is usual."""
+"""Time constant with which a raised level becomes the normal one, s."""
 GAP_RINGS = 4 * RINGS
 """Number of rings for which missing data are reported as not observed."""
 GAP_SHARE = 0.2

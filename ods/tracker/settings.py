@@ -23,15 +23,15 @@ from ods.pose.buffer import PoseSettings
 from ods.runtime.bus import BusSettings
 
 REST = 0.5
-"""An object out of view goes into the map if it is at least this probably static, so not more likely to move."""
+"""An object out of view is hibernated if it is static with at least this probability."""
 STATIC = 0.95
 """A live object is stored in the map at the end of a mission if it is static with at least this probability."""
 MARGIN_SIGMAS = 2.0
-"""Standard deviations by which an object or an echo may be elsewhere, or larger, where that is the safe side."""
+"""Standard deviations added to an object's or echo's position or size where the larger value is the safe one."""
 
 OWN_OBSERVERS = ("independent", "coupled", "manoeuvring")
 OWN_ASSOCIATIONS = ("nearest", "probabilistic")
-"""Those that come with ODS."""
+"""Associations that come with ODS."""
 OBSERVER_NAMES = dict.fromkeys(OWN_OBSERVERS)
 ASSOCIATION_NAMES = dict.fromkeys(OWN_ASSOCIATIONS)
 """All that are known: the registries add the names of plug-ins."""
@@ -60,28 +60,28 @@ class MotionSettings(Settings, frozen=True):
     static_prior: Annotated[Probability, slider(0.05, 0.95, step=0.05)] = 0.7
     """Share of static objects among new ones."""
     change_rate: Annotated[Fraction, slider(0.0, 1.0, step=1e-4, log=True, unit="1/s")] = 0.001
-    """At which an object starts or stops moving, 1/s."""
+    """Rate at which an object starts or stops moving, 1/s."""
 
 
 class EchoSettings(Settings, frozen=True):
     """Detections, missed detections and false alarms."""
 
     detection_probability: Annotated[Probability, slider(0.05, 0.99, step=0.01)] = 0.9
-    """That an object in full view is detected in a scan."""
+    """Probability that an object in full view is detected in a scan."""
     clutter_per_scan: Annotated[Positive, slider(0.01, 100.0, log=True)] = 1.0
     """Expected false alarms in a scan at the start; then estimated."""
     births_per_scan: Annotated[Positive, slider(0.001, 1.0, log=True)] = 0.03
-    """Expected new objects per 0.15 s. With fewer a new object needs more evidence."""
+    """Expected new objects per 0.15 s. A smaller number requires more evidence of a new object."""
     births_at_start: Annotated[Positive, slider(0.001, 5.0, log=True)] = 0.3
     """Expected new objects in each of the first two scans."""
     gate_sigmas: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 10.0, step=0.1)] = 4.0
     """Largest distance of a detection from the prediction."""
     silence_rate: Annotated[Positive, slider(0.001, 1.0, log=True, unit="1/s")] = 0.02
-    """At which an object in view stops giving echoes (aspect, shadow), 1/s."""
+    """Rate at which an object in view stops returning echoes (aspect, shadow), 1/s."""
     return_rate: Annotated[Positive, slider(0.001, 1.0, log=True, unit="1/s")] = 0.1
-    """At which a silent object gives echoes again, 1/s."""
+    """Rate at which a silent object returns echoes again, 1/s."""
     loss_rate: Annotated[Positive, slider(1e-5, 0.1, log=True, unit="1/s")] = 1e-3
-    """At which an object in view ceases to exist, 1/s."""
+    """Rate at which an object in view ceases to exist, 1/s."""
 
 
 class LifeSettings(Settings, frozen=True):
@@ -92,7 +92,7 @@ class LifeSettings(Settings, frozen=True):
     confirm_existence: Annotated[Probability, slider(0.5, 0.99, step=0.01)] = 0.99
     """Needed before a new object is reported. More: fewer false obstacles, later confirmation."""
     drop_existence: Annotated[Probability, slider(0.05, 0.95, step=0.01)] = 0.4
-    """A reported object below this is dropped."""
+    """A reported object whose existence falls below this is dropped."""
     edge_sigmas: Annotated[NonNegative, slider(0.0, 5.0, step=0.1)] = 2.0
     """A missed detection counts only if the prediction lies this far inside the sector."""
     silent_s: Annotated[Positive, slider(0.5, 30.0, step=0.5, unit="s")] = 3.0
@@ -130,9 +130,9 @@ class BottomSettings(Settings, frozen=True):
     clearance_m: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m")] = 1.0
     """An object that rises higher above the bottom is an obstacle."""
     list: Literal["hittable", "all"] = "hittable"
-    """hittable: objects that rise no higher are left out, if that is certain enough (`risk`); all: none is."""
+    """hittable: objects that rise no higher are omitted, if certain enough (`risk`); all: none is omitted."""
     risk: Annotated[Probability, slider(0.001, 0.1, log=True)] = 0.01
-    """Highest probability that an object left out rises higher."""
+    """Highest probability that an omitted object rises higher."""
     slope_deg: Annotated[float, msgspec.Meta(ge=0.0, le=45.0), slider(0.0, 45.0, step=0.5, unit="deg")] = 5.0
     """Sigma of the bottom's mean slope from vehicle to object."""
     roughness_m: Annotated[NonNegative, slider(0.0, 2.0, step=0.05, unit="m")] = 0.2
@@ -148,7 +148,7 @@ class SurfaceSettings(Settings, frozen=True):
     """hittable: objects that move as waves do, at one velocity and where the surface may be, are left out; all: none
     is."""
     clearance_m: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m")] = 1.0
-    """An object known to be deeper below the surface is no wave."""
+    """An object known to be deeper below the surface is not a wave."""
 
 
 class ClearanceSettings(Settings, frozen=True):
@@ -157,7 +157,7 @@ class ClearanceSettings(Settings, frozen=True):
     sectors: Annotated[int, msgspec.Meta(ge=8, le=360), slider(8, 360)] = 72
     """Clockwise from north."""
     half_height_m: Annotated[NonNegative, slider(0.1, 5.0, log=True, unit="m")] = 0.3
-    """The fan must cover as much above and below the vehicle's origin."""
+    """Half height of the layer that the fan must cover, above and below the vehicle's origin."""
     fastest_m_s: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m/s")] = 2.0
     """Largest horizontal speed of unobserved objects."""
     fastest_vertical_m_s: Annotated[Positive, slider(0.05, 5.0, log=True, unit="m/s")] = 0.5
@@ -170,9 +170,9 @@ class MapSettings(Settings, frozen=True):
     path: Path | None = None
     """SQLite file; none: the map is lost when the process ends."""
     position_sigma_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.1, unit="m")] = 0.5
-    """Added for objects of an earlier mission, north and east: the pose error between missions."""
+    """Pose error between missions, added to north and east of objects of an earlier mission."""
     minimum_times_seen: Annotated[NonNegativeInt, slider(0, 50)] = 5
-    """Objects with fewer echoes are not kept for the next mission."""
+    """Objects with fewer echoes are not stored for the next mission."""
 
 
 class TrackerSettings(Settings, frozen=True):

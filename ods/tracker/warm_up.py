@@ -1,4 +1,4 @@
-"""Before the first ping: a plug-in that fails does so at the start."""
+"""Warm-up before the first ping, so that a failing plug-in fails at start-up."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""A set of PDOs taken as one epoch: all from the same instant, or none."""
+"""Assembly of PDOs into epochs: all PDOs of one instant, or none."""
 
 from collections import Counter
 from dataclasses import dataclass

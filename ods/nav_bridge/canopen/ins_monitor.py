@@ -56,7 +56,7 @@ class InsMonitor:
             self.duplicate.seen(frame.t_ns)
 
     def received_epoch(self) -> None:
-        """Take note of PDOs: an INS that sends them is operational, though one without heartbeat never says so."""
+        """Record PDOs: an INS that sends them is operational, even if it has no heartbeat to say so."""
         if self.state == BOOT_UP:
             self.state = OPERATIONAL
 

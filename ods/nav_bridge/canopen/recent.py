@@ -22,7 +22,7 @@ class DuplicateNode:
         self._times: deque[int] = deque([NEVER_NS] * needed, maxlen=needed)
 
     def seen(self, t_ns: int) -> None:
-        """Take note of a frame that one node alone cannot have sent."""
+        """Record a frame that a single node cannot have sent."""
         self._counters[self._counter] += 1
         self._times.append(t_ns)
 

@@ -96,7 +96,7 @@ class EpochOrder:
             self._adopt(tuple(self._labels))
 
     def note(self, can_id: CanId, t_ns: int) -> bool:
-        """Take note of a message; return whether the order is another one now."""
+        """Record a message; return whether the order has changed."""
         if self._resting:
             self._resting -= 1
             return False
@@ -114,7 +114,7 @@ class EpochOrder:
         return changed
 
     def look_again(self) -> None:
-        """Rest no longer: something is not as it was."""
+        """Check again at once, because something has changed."""
         self._resting = 0
 
     def _judge(self, burst: Burst) -> bool:

@@ -1,4 +1,4 @@
-"""DBC files, whoever wrote them: messages read one by one with cantools, every failure one line."""
+"""DBC files of any tool, read message by message with cantools; every failure is one line."""
 
 import re
 from pathlib import Path

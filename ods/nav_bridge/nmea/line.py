@@ -1,4 +1,4 @@
-"""Bytes to lines, whoever sends them."""
+"""Splits received bytes into lines."""
 
 from collections import Counter
 from collections.abc import Iterator

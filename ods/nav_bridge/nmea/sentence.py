@@ -32,7 +32,7 @@ DATAGRAM = b"UdPbC\0"
 TAG = b"\\"
 """Before and behind a TAG block."""
 REST_MPS = 0.5
-"""A receiver that is slower may leave its course out: nothing is known of it."""
+"""Below this speed, m/s, a receiver may omit its course, which is then unknown."""
 QUALITIES = {"6": "estimated", "7": "manual", "8": "simulated"}
 """Of a GGA, but for those that are fixes;"""
 MODES = {"E": "estimated", "M": "manual", "S": "simulated"}

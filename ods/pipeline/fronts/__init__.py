@@ -1,1 +1,2 @@
-"""Does an echo over a rough bed set in as a body does? Judged by the recorded samples around it."""
+"""Leading edges over rough sea-beds: the probability that an echo starts like an object's, from the recorded
+samples."""

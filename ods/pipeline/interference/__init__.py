@@ -1,1 +1,1 @@
-"""What is no echo of a body: beams that receive nothing, other sonars, multipath, an image that repeats."""
+"""False echoes: beams without information, other sonars, multipath, repeated images."""

@@ -1,4 +1,4 @@
-"""Beams that say nothing of the water, whatever their samples are: saturated ones, and such as receive a source.
+"""Beams without information, whatever their samples: saturated ones, and those with a continuous source.
 
 Their samples count as missing: no level, gain or background of other beams comes from them, and no echo is found there.
 What distinguishes a continuous source (a spoke) from a beam's gain, from a body and from a loud bottom: it raises

@@ -1,4 +1,4 @@
-"""Another sonar's pulses: they come in at a period of their own, whatever our pings do, and look like small objects.
+"""Another sonar's pulses: they arrive with their own period, independent of this sonar's, and look like small objects.
 
 In time since a fixed instant they stand at even distances; from ping to ping their range then moves by a constant step
 modulo the ping period. A body stands at one range, or moves along a line. So echoes that have no forerunner where a

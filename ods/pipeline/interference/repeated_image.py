@@ -1,4 +1,4 @@
-"""An image that comes again and again: the sonar hangs, and what it shows is elsewhere once the vehicle moves.
+"""Repeated images: the sonar hangs, and its image is wrong once the vehicle moves.
 
 The receiver's noise is another one in each ping, and so is the speckle of what the vehicle has moved past. So an image
 is recognized by the signs of 1024 differences between neighbouring samples: what shows nearly all of them again is the

@@ -1,4 +1,4 @@
-"""Multipath: every echo comes a second time by a longer path, over the surface say, and looks like an object.
+"""Multipath: every echo arrives again by a longer path, over the surface for example, and looks like an object.
 
 Such an echo stands in its body's direction, fainter, and behind all bodies by the same difference of range, which stays
 while the vehicle moves. A difference that most loud bodies of most pings show is one; that of a single body may be

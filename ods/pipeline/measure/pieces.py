@@ -21,8 +21,8 @@ from ods.pose.buffer import PoseEstimate
 LARGEST_M = 3.0
 """Radius from which on a region is cut. Squares have the sides of one in a circle as large."""
 LARGEST_PATCH_M = 8.0
-"""What shines of a patch of bottom is smaller: a larger echo is of a wall or the like, which sets in as it stands to
-the beams, so that its onset shows nothing."""
+"""Highlights of the bottom are smaller: a larger echo is of a wall or the like, whose rise depends on its angle to the
+beams, so that its onset shows nothing."""
 
 
 def measure_pieces(

@@ -35,7 +35,7 @@ class Plan:
     """For each phase, the ranges (from, to) that are processed, m; none: all. After so many pings all images had their
     turn."""
     first: int
-    """Samples nearer than the least range."""
+    """Number of samples nearer than `min_range_m`."""
     sector: Sector
 
 

@@ -17,7 +17,7 @@ _TEXTURES = 65_536
 """Values of the texture that are drawn once for each kind: a gamma variate takes as long as ten cells of speckle."""
 
 Alive = Callable[[], object]
-"""Is called now and then during work that takes long, so that it is not taken for hung."""
+"""Called during long work, so that the process does not count as hung."""
 
 
 class Speckle(NamedTuple):

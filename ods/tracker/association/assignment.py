@@ -13,11 +13,11 @@ from ods.tracker.observer.belief import Estimate
 
 
 class Question(NamedTuple):
-    """Hypotheses about n objects and the m echoes of an image, to be decided by the association."""
+    """Association problem: hypotheses about n objects and the m echoes of an image."""
 
     hypotheses: Hypotheses
     first: Mask
-    """(n,) objects that choose before the others."""
+    """(n,) objects that are assigned before the others."""
     echoes: Echoes
     predicted: Named[PredictedMeasurement]
     """(n,) arrays."""
@@ -29,11 +29,11 @@ class Assignment(NamedTuple):
     """The k objects that were seen, and their echoes."""
 
     pairs: Hypotheses
-    """(k,) the objects, each once, and the echo that is most likely its own."""
+    """(k,) assigned objects, each once, with the most likely echo of each."""
     echoes: Echoes
-    """What each was seen by, (k,): that echo itself, or what stands for several."""
+    """(k,) the echo by which each object is corrected: its own, or the mean of several."""
     explained: Mask
-    """(m,) the echoes of the image that some object explains."""
+    """(m,) echoes of the image that are explained by an object."""
 
     def plain(self) -> "Assignment":
         """Return it as kernels take it, whoever made it."""

@@ -1,4 +1,4 @@
-"""Probabilistic association: an object is corrected by all echoes that may be its own.
+"""Joint probabilistic data association (JPDA): an object is corrected by all echoes that may be its own.
 
 Joint probabilistic data association, with the marginal probabilities by belief propagation: J. L. Williams and
 R. A. Lau, Approximate evaluation of marginal association probabilities with belief propagation, IEEE Trans. AES 50(4),
@@ -17,13 +17,13 @@ from ods.tracker.association.hypotheses.gating import Hypotheses
 from ods.tracker.measurement.scan import Echoes
 
 LEAST_GAIN = 0.05
-"""Where echoes far apart would make an object's variance grow, its gain is this share of that of a sure echo."""
+"""Least gain of an object with ambiguous echoes far apart, as a share of the gain of a certain echo."""
 
 
 def probabilistic(question: Question) -> Assignment:
     """See `ods.tracker.association.registry.Association`.
 
-    Only the objects that choose first share echoes. The others are mostly rivals for being the same object: they take
+    Only the objects that choose first share echoes. The others often compete to be the same object: they take
     one echo each, from what is left.
     """
     hypotheses, first, echoes, predicted, estimate = question

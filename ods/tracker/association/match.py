@@ -1,4 +1,4 @@
-"""Evidence of one image about the objects: which echo is whose, which objects were missed, which echoes are clutter."""
+"""Matches the echoes of one image with the objects: associated echoes, missed objects, clutter."""
 
 from typing import NamedTuple
 
@@ -27,17 +27,17 @@ class ScanMatch(NamedTuple):
     objects: Indices
     """(k,) the objects seen, each once,"""
     measurement: PositionMeasurement
-    """and where (k,)."""
+    """Where they were seen, (k,)."""
     hit: Mask
     """(n,) seen."""
     evidence: Named[ScanEvidence]
     """What the image shows of each."""
     unexplained: PositionMeasurement | None
-    """Where echoes come from that no object explains, k; None: there are none."""
+    """Measurement of the k echoes that no object explains; None if there are none."""
     rest: Echoes
-    """These k echoes,"""
+    """The k echoes that no object explains."""
     density: Floats
-    """and (k,) false alarms a scan if there were as many everywhere as at each."""
+    """(k,) clutter density at each unexplained echo, as false alarms per scan over the whole fan."""
     free: Mask
     """(m,) echoes that no confirmed object explains."""
 

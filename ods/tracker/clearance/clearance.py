@@ -17,7 +17,7 @@ from ods.tracker.measurement.coverage.looked import looked_of
 from ods.tracker.settings import MARGIN_SIGMAS, ClearanceSettings
 
 FAR_TURN_S = 5.0
-"""A rate of turn is that between two pings no farther apart; else it is not known."""
+"""Longest time between two pings from which the turn rate is computed, s; beyond it the turn rate is unknown."""
 
 
 class ClearanceKeeper:
@@ -30,7 +30,7 @@ class ClearanceKeeper:
         """When the head looked where: t_ns and azimuth."""
 
     def after(self, obstacles: ObstacleList, shown: Detections | None) -> Clearance:
-        """Return what goes with a list; `shown`: the detections behind it, if there are any."""
+        """Return the clearance of a list; `shown`: the detections of its ping, if there is one."""
         echoes = [] if shown is None else extents_of(shown.detections)
         if obstacles.valid and obstacles.pose is not None and obstacles.head is not None and shown is not None:
             self._look(obstacles.pose, obstacles.head, shown, echoes)

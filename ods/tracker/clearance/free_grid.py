@@ -1,4 +1,4 @@
-"""The water around the vehicle in square cells: until when each is known to be empty.
+"""Grid of the water around the vehicle: the time until which each cell is known to be empty.
 
 What was seen to be empty stays so until something could have moved in, by the shortest way from what was not seen.
 """
@@ -88,7 +88,7 @@ class FreeGrid:
                 each[(slice(None),) * axis + (fresh,)] = NEVER
 
     def look(self, t_s: float, mask: FanMask, head: Head, *, swept: bool = False) -> None:
-        """Take in what a ping at `t_s` showed.
+        """Update the grid by a ping at `t_s`.
 
         swept: of a mechanically scanned sonar, which shows its sector part after part. What comes into a part comes by
         way of water that is not known, or not any more: not of the part before it, as the head turned on from there

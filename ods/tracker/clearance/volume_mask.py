@@ -19,9 +19,9 @@ class LayerSeen(NamedTuple):
     empty: Mask
     """The whole height of the layer was seen there, and nothing nearer in those directions, nor there."""
     received: Mask
-    """Something was received there, at the layer's height."""
+    """An echo was received there, at the layer's height."""
     room_m: Floats
-    """What was seen to be empty above and below the layer; below 0: not even the layer."""
+    """Height observed to be empty above and below the layer; below 0: part of the layer is not."""
 
 
 def layer_seen(

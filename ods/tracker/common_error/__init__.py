@@ -1,1 +1,1 @@
-"""Errors of pose, mounting and sound speed, from static objects that all seem to move alike."""
+"""Errors of pose, mounting and sound speed, found from a common apparent motion of static objects."""

@@ -1,4 +1,4 @@
-"""The one error that explains how all static objects seem to move, as text."""
+"""Hypotheses for the common apparent motion of static objects, the likely one as text."""
 
 import math
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from ods.tracker.common_error.least_squares import Fit, Reduced, fit
 from ods.tracker.common_error.sightings import EAST, LATENCY, NORTH, SCALE, TURN, YAW
 
 FEWEST = 3
-"""Objects. Two may be movers by chance."""
+"""Least number of objects; two may both be moving."""
 OWN_WAY = 2.0
 """An object goes its own way, and is left out, if the others alone leave a mean square less by this ratio."""
 SIGNIFICANT = 5.0
@@ -37,11 +37,11 @@ class Cause(NamedTuple):
     beside: tuple[int, ...]
     """and those that have to be fitted beside them."""
     least: float
-    """What is smaller is within what devices do;"""
+    """Smaller errors are normal for the devices."""
     limit: float
-    """with what is larger the list is not valid;"""
+    """With a larger error the list is not valid."""
     most: float
-    """and what is even larger is no such error."""
+    """A larger value cannot be this error."""
     words: Callable[[float, float], str]
     """Says it, by the value of the first column, or the size of several, and its standard error."""
 
@@ -97,7 +97,7 @@ class Finding(NamedTuple):
 
     @property
     def worth(self) -> float:
-        """What it explains, less what each unknown more would by chance."""
+        """Explained sum of squares, less what each additional unknown explains by chance."""
         return self.fit.gain - SIGNIFICANT**2 * (len(self.fit.value) - 1)
 
 

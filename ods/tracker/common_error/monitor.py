@@ -1,4 +1,4 @@
-"""Where all static objects seem to move alike, the pose, the mounting or the sound speed is wrong.
+"""Monitor of errors of pose, mounting and sound speed, seen in the common apparent motion of static objects.
 
 Each object by itself is a believable mover. Several that turn about the one place from which they are seen, or that all
 come nearer in proportion to their range, are none. The method is that of `ods calibrate`, on what is tracked.
@@ -30,7 +30,7 @@ class CommonErrors:
         self.begin_again()
 
     def begin_again(self) -> None:
-        """Forget all: poses are others."""
+        """Reset, after a jump of the pose."""
         self._fast, self._slow = FadingSums(FAST_MEMORY_S), FadingSums(SLOW_MEMORY_S)
         self._displaced = DisplacedObjects()
         self._seen_s = self._fitted_s = self._found_s = -math.inf

@@ -1,1 +1,1 @@
-"""Does a track follow a real object? One model (evidence.c explains it), what it learns, and what follows from it."""
+"""Existence of tracks: the probability model (explained in evidence.c), its statistics, and the life cycle."""

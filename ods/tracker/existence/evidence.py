@@ -16,7 +16,7 @@ ROUNDING = 1e-6
 SAME_RANGE_M, SAME_BEARING_RAD, SAME_DB = 0.05, 0.005, 0.5
 """An echo that differs by less from one of the scan before is the same."""
 MOST = 64
-"""Of so many echoes of a scan."""
+"""Largest number of a scan's echoes that are compared."""
 STILL = 0.25
 """Share of such echoes from which on the sonar is at rest: 0.00 to 0.02 under way, 0.54 to 0.98 at rest (simulated)."""
 MEMORY = 0.8
@@ -29,17 +29,17 @@ class ExistenceTable(NamedTuple):
     """Of n tracks: (n,) each. `evidence.h` has the same rows."""
 
     visible: Floats
-    """Probability that there is an object and it gives echoes,"""
+    """Probability of an object that returns echoes."""
     silent: Floats
-    """that there is one that gives none just now,"""
+    """Probability of an object that returns none at present."""
     nothing: Floats
-    """that there is none,"""
+    """Probability of no object: false alarms, or an object that is gone."""
     clutter: Floats
-    """and that it is persistent clutter."""
+    """Probability of persistent clutter."""
     first_visible: Floats
     """`visible` after the first echo."""
     clutter_share: Floats
-    """Share of clutter among what is no object by which it is judged."""
+    """Prior share of persistent clutter among tracks that are no object."""
     hits: Floats
     """Echoes after the first, or since it was recalled from the map,"""
     scans: Floats
@@ -70,9 +70,9 @@ class ScanEvidence(NamedTuple):
     llr: Floats
     """Log-likelihood ratio of the echo: of the object over a false alarm; 0 where there is none."""
     watched: Floats
-    """Probability that the sonar looked at the object,"""
+    """Probability that the object was observed."""
     expected: Floats
-    """and that a visible object would have had an echo."""
+    """Probability that a visible object would have had an echo."""
     onset: Floats
     """Of the echo, see `Detection`; 0: none, not measured, or an echo that is not all of the object and only of it."""
     leading_edge: Floats
@@ -80,7 +80,7 @@ class ScanEvidence(NamedTuple):
 
 
 class ClutterStatistics:
-    """What clutter is like before this bed and this sonar: sums and counts that fade from scan to scan."""
+    """Statistics of clutter with this sonar over this sea-bed: sums and counts with a fading memory."""
 
     def __init__(self) -> None:
         self.values: Floats = np.zeros(LENGTH)

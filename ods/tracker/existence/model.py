@@ -24,7 +24,7 @@ class ExistenceModel(NamedTuple):
     """1 / (1 + (crowd / echoes)^power)."""
 
     sharp: float = 1.06
-    """Longest rise of a sharp echo, widths of a point."""
+    """Longest rise of a sharp echo, in widths of the point response."""
     object_sharp: float = 3.0
     """Beta law of an object's share of sharp echoes: sharp ones,"""
     object_slow: float = 1.5
@@ -41,7 +41,7 @@ class ExistenceModel(NamedTuple):
     """Factor on the odds to confirm a new track where rises are measured: a few sharp echoes may be chance."""
 
     edge_limit: float = 1e-4
-    """No leading edge is more likely an object's than 1 less this, or less likely than this."""
+    """Limits of the probability of a leading edge: this, and 1 minus this."""
     object_edge: float = 5.2
     """Mean log-odds of objects' leading edges: lower than of most, as those among crests count;"""
     clutter_edge: float = -2.2

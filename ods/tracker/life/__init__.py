@@ -1,1 +1,1 @@
-"""The life of objects, scan by scan: judged, confirmed, put to sleep in the map, woken, ended."""
+"""Life cycle of objects, scan by scan: judged, confirmed, hibernated, activated, terminated."""

@@ -1,4 +1,4 @@
-"""Track management: objects are confirmed and get their ids, go to sleep in the map and wake, and end."""
+"""Track management: confirms objects and gives them ids, hibernates, activates and terminates them."""
 
 from dataclasses import dataclass, field
 
@@ -18,7 +18,7 @@ from ods.tracker.track import stitching
 from ods.tracker.track.tracks import Tracks
 
 WAKE_MARGIN_M = 5.0
-"""Hibernated objects join the live ones so near to the sector's edge, and sleep again at twice that distance."""
+"""Distance from the sector's edge at which hibernated objects become live; at twice that they are hibernated again."""
 
 
 @dataclass(slots=True)
@@ -26,7 +26,7 @@ class Outcome:
     """Changes by a step beyond the snapshot."""
 
     taken: bool = True
-    """False: the scan was older than the one before and was left out."""
+    """False: the scan was older than the previous one and was ignored."""
     ended: Snapshot | None = None
     """Confirmed objects that were terminated, as they were last."""
     hibernated: list[MapObject] = field(default_factory=list)

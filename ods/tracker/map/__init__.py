@@ -1,1 +1,1 @@
-"""Hibernated objects: in memory and in the map file."""
+"""Hibernated objects, in memory and in the map file."""

@@ -1,4 +1,4 @@
-"""Hibernated objects out of view: they cost no time until the sonar observes their position again.
+"""Hibernated objects: kept out of the filters until the sonar observes their positions again.
 
 Their places are in an R-tree. What it finds around the vehicle is kept, and the R-tree is queried again only when the
 vehicle has moved on by `SKIN_M` (the neighbour list of molecular dynamics, after Verlet) or an object came or went.
@@ -53,7 +53,7 @@ class HibernatedObjects:
         self._note(objects)
 
     def wake(self, ids: list[int]) -> list[MapObject]:
-        """Take objects out by id and return them; ids that are not here are passed over."""
+        """Remove objects by id and return them; unknown ids are ignored."""
         woken = [self._objects.pop(i) for i in ids if i in self._objects]
         self._tree.executemany("DELETE FROM place WHERE id = ?", [(o.id,) for o in woken])
         self._near_centre[:] = np.nan

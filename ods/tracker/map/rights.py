@@ -1,4 +1,4 @@
-"""May this user write the map? It is another's where root made it, by a first start by hand, before the service."""
+"""Permission of this user to write the map, which belongs to root if root started a process before the service did."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Is a map file what it seems? It may come from elsewhere: none of its own code runs, no absurd number is believed."""
+"""Validation of a map file, which may come from elsewhere: its code never runs, and implausible numbers are refused."""
 
 import math
 import sqlite3

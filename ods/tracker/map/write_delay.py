@@ -32,7 +32,7 @@ class WriteDelay:
             self._since_ns = now_ns
 
     def failed(self, reason: str) -> None:
-        """It cannot be done just now; `reason` is one line that names the file."""
+        """Record a failure; `reason` is one line that names the file."""
         self._failure = reason
 
     def done(self, now_ns: int) -> None:
@@ -42,7 +42,7 @@ class WriteDelay:
         self._since_ns, self._failure, self._stalled = None, "", False
 
     def look(self, now_ns: int, overload: str) -> None:
-        """Say so, once, when it takes too long. overload: that the computer is overloaded, or ""."""
+        """Log once when it takes too long. overload: text that the computer is overloaded, or ""."""
         self._overload = overload
         if not self._failure and not self._stalled and self._lasted_s(now_ns) * NS > STALLED_NS:
             self._stalled = True

@@ -1,4 +1,4 @@
-"""Sonars of several planes: the echoes that planes next to each other have of the same body become one.
+"""Sonars of several planes: merges the echoes that adjacent planes have of the same object.
 
 A body near the border of two planes is in the images of both. Range and bearing say the same twice, but which plane
 receives it louder shows its elevation.

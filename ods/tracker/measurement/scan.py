@@ -1,4 +1,4 @@
-"""What one ping gives the tracker: the vehicle's pose, the sonar's sector and the echoes, as plain arrays."""
+"""Input of the tracker from one ping: the vehicle's pose, the sonar's sector and the echoes, as plain arrays."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -65,9 +65,9 @@ class EchoRows(NamedTuple):
     half_vertical: Floats
     """The body is within this of `elevation`, rad; 0: within half the fan's vertical opening."""
     onset: Floats
-    """How slowly it sets in, see `Detection`; 0: not reported."""
+    """Rise of the leading edge, see `Detection.onset`; 0: not reported."""
     front: Floats
-    """How likely it sets in as a body does, see `Detection`; 0: not reported."""
+    """Probability of an object's leading edge, see `Detection.front`; 0: not reported."""
 
 
 @dataclass(slots=True, eq=False)

@@ -19,7 +19,7 @@ from ods.tracker.observer.horizontal import RESTING, Heights, HorizontalFilter, 
 from ods.tracker.settings import STATIC, MotionSettings
 
 ESTABLISHED = math.log(STATIC) - math.log1p(-STATIC)
-"""Log-odds, either way, from which on it is established whether an object moves."""
+"""Log-odds beyond which it is decided whether an object moves."""
 KNOWN_SPEED = 0.4
 """nor is there when its velocity, if it moves, is known to this share of what a new object's is,"""
 CREEPING = 0.1
@@ -29,9 +29,9 @@ chance, or by what pings share, of one that rests."""
 DISPROVED = -5.0
 """Log-odds at which the static hypothesis restarts where the moving one is now."""
 REOPENED = -DISPROVED
-"""Log-odds, in favour of what was settled, when an object is seen again."""
+"""Log-odds of the earlier decision when an object is seen again."""
 PROVED = 8.0
-"""Largest log-odds, so that an object that starts to move is believed in time."""
+"""Largest log-odds, so that an object that starts to move is recognized in time."""
 LEAST_VARIANCE = 1e-12
 
 

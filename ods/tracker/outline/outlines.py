@@ -1,4 +1,4 @@
-"""The outlines and near edges of the confirmed objects: what the last images showed of each, beside the filters.
+"""Outlines and near edges of the confirmed objects, from the last images, beside the filters.
 
 The extent is the mean matrix of second moments, as in tracking by random matrices (Koch, 2008, IEEE Transactions on
 Aerospace and Electronic Systems 44(3)), without its weights: what limits it is which part of a body shines, not noise.
@@ -37,7 +37,7 @@ LIKELY = 0.9
 TOO_SMALL = 2.0
 """A circle as deep as a wall that is seen aslant is too small by up to this factor: what is more is another echo."""
 LEAST_SIGHTS = 3
-"""Images that an outline takes."""
+"""Number of images that an outline needs."""
 LENGTH_ERROR = 0.05
 """Standard deviation of a length that no number of images takes away, as a part of it: ends that do not shine."""
 

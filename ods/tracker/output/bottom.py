@@ -1,4 +1,4 @@
-"""Objects that are the bottom, as far as heights show."""
+"""Objects that may be the bottom, by their heights above it."""
 
 from typing import NamedTuple
 
@@ -21,7 +21,7 @@ class Bottom(NamedTuple):
 
 
 class Stand(NamedTuple):
-    """How n objects stand over the bottom: (n,) each."""
+    """Heights of n objects above the bottom: (n,) each."""
 
     height_m: Floats
     """Of the middle of what is seen of them,"""

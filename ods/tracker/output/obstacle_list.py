@@ -1,4 +1,4 @@
-"""The planner's obstacle list: the full picture each time, and what ended, said several times over."""
+"""The planner's obstacle list: all obstacles each time; terminated ones are repeated in several lists."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence

@@ -1,4 +1,5 @@
-"""Do poses hold together? Jumps of place and attitude, a place that stands still under way, an attitude not known; and
+"""Plausibility of poses: jumps of position and attitude, a place that stands still under way, an attitude not known;
+and
 places that do not move as the velocity reports.
 
 An INS that hangs, or that takes its first fix after a dive, sends poses of which each alone is believable. Objects seen

@@ -1,4 +1,4 @@
-"""May the planner rely on the obstacle list? The reasons why not, in plain words."""
+"""Validity of the obstacle list: the reasons why a planner must not rely on it, as text."""
 
 from collections.abc import Callable, Iterable
 

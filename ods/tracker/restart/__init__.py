@@ -1,1 +1,1 @@
-"""What a tracker leaves to the next one: checkpoints of its state, and ids that are never given twice."""
+"""Restart of a tracker: checkpoints of its state, and ids that are never reused."""

@@ -71,9 +71,9 @@ class PreviousState(NamedTuple):
     """State left by a former tracker."""
 
     next_id: int | None = None
-    """From here on it gave no ids; None: there was none since the computer was started."""
+    """First unused id; None: no tracker has run since the computer was started."""
     lost: bool = False
-    """There was one, and which ids it gave is not known."""
+    """There was a former tracker, and the ids that it used are unknown."""
     same: bool = False
     """It had the same version and settings."""
     mission: Mission | None = None

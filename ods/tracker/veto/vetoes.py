@@ -1,4 +1,4 @@
-"""The vetoes that hold, and which obstacles of a list they make ignored: never more than they name.
+"""The vetoes in force, and the obstacles of a list that they cover.
 
 A veto by id names the obstacle where and as large as it is then: it ends for good when the obstacle's circle leaves the
 one that it had, and `AROUND_M` around. One of a region names what rests whole inside.

@@ -8,7 +8,8 @@ from ods.base.arrays import Floats, Image
 
 
 class Rise(NamedTuple):
-    """What of a level is over the background is multiplied by a power of the factor of its place in the image."""
+    """Rise of the levels: their part above the background is multiplied by a power of a factor that depends on the
+    position."""
 
     background: float
     factors: Floats

@@ -1,1 +1,1 @@
-"""Missing samples: which hold no data, which the sonar left out, and the values that stand for them."""
+"""Missing samples: samples without data, samples below the sonar's threshold, and values to fill them."""

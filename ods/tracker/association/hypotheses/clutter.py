@@ -1,4 +1,4 @@
-"""Statistics of false alarms: number an image, positions in the fan, and radii, learned as they come."""
+"""Clutter statistics: number per image, distribution over the fan, and radii, estimated from unexplained echoes."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -26,9 +26,9 @@ class ClutterDensity(NamedTuple):
     """False alarms at the place of each of m echoes."""
 
     per_m2: Floats
-    """(m,) number a scan per m^2."""
+    """(m,) false alarms per scan and m^2."""
     per_scan: Floats
-    """(m,) number a scan if it had as many everywhere."""
+    """(m,) false alarms per scan, if the whole fan had the density at this echo."""
     radius: Floats
     """(m,) probability density of the echo's radius among them, 1/m."""
 
@@ -49,7 +49,7 @@ def _span_of(sector: Sector) -> _Span:
 
 
 class Clutter:
-    """Running means over the scans of the echoes that no object explains. The first value counts as one scan."""
+    """Running means, over scans, of the echoes that no object explains. The prior counts as one scan."""
 
     def __init__(self, per_scan: float) -> None:
         self._scans = 1

@@ -1,4 +1,4 @@
-"""Is an object expected in this image, at the edge of the sector, or not at all?"""
+"""Field of view: the probability that an object is observed in an image."""
 
 import math
 from collections.abc import Sequence
@@ -31,9 +31,9 @@ class FieldOfView(NamedTuple):
     probability: Floats
     """That the object is inside the sector, at a range that was processed."""
     skipped: Mask
-    """The predicted place is inside the sector, where the image was more likely left out or blind than looked at."""
+    """The predicted position is inside the sector, in a part more likely skipped or blind than observed."""
     unseen: Mask
-    """The predicted place is inside the sector, in a part that the ping could not show."""
+    """The predicted position is inside the sector, in a part that the ping did not observe."""
     watched: Floats
     """Probability that the sonar looks at the object: 0 where it was blind, and unless the object is so far inside that
     a missing echo says something, then the share of its vertical interval that the fan covers, times the probability

@@ -1,4 +1,4 @@
-"""What of the pose's error is noise, new with every ping, and what is a bias that all pings share.
+"""Splits the pose's error into noise, independent in every ping, and bias common to all pings.
 
 A pose's standard deviation does not say which. Under water most of it is bias: dead reckoning is metres off, and the
 places of consecutive pings still agree within millimetres. Taken for noise, it would open the gates by metres. The
