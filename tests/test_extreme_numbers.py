@@ -44,7 +44,7 @@ def sent(message: dict[str, Any], kind: type[msgspec.Struct]) -> Any:
 
 
 def finite(value: Any) -> bool:
-    """Tell whether there is no number in a message, or any part of one, that is not finite."""
+    """Tell whether there is not a number in a message, or any part of one, that is not finite."""
     if isinstance(value, float):
         return bool(np.isfinite(value))
     if isinstance(value, msgspec.Struct):

@@ -41,7 +41,7 @@ class AltitudeSense:
             self._reject("altitude_absurd", f"{altitude_m:.6g} m, to {sigma_m:.3g} m: {limit}")
             return False
         if hangs:
-            unchanged = f"{reported.altitude_m:.6g} m all the time, though the depth changed by {self._rise_m:.1f} m"
+            unchanged = f"{reported.altitude_m:.6g} m constantly, although the depth changed by {self._rise_m:.1f} m"
             self._reject("altitude_still", unchanged)
             return False
         return True

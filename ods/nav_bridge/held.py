@@ -48,7 +48,7 @@ class HeldSlot:
             return ""
         if self.refused_ns is not None:
             since = f"for {age_s:.1f} s" if self._t_ns is not None else "since it first came"
-            return f"{self.label}: says {since} that it is not valid" + (f" ({self.why})" if self.why else "")
+            return f"{self.label}: has been flagged as not valid {since}" + (f" ({self.why})" if self.why else "")
         return f"{self.label}: last came {age_s:.1f} s ago, {self.key}.max_age_s is {self.max_age_s:g}"
 
 

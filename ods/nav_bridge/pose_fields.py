@@ -170,9 +170,9 @@ class PoseMaker:
         attitude, place = self._attitude_of(values), self._place_of(values)
         if attitude is None:
             angles = ", ".join(f"{name} {values[name]:.4g}" for name in self._attitude)
-            return f"{angles} is no attitude: angles are taken in rad, a quaternion has length 1"
+            return f"{angles} is not an attitude: angles must be in rad, a quaternion must have length 1"
         if place is None:
-            return f"latitude {values['latitude']:.6g}, longitude {values['longitude']:.6g} deg are no place"
+            return f"latitude {values['latitude']:.6g}, longitude {values['longitude']:.6g} deg are not a position"
         velocity = self._velocity_of(values, attitude)
         return self._beyond(place, velocity) or (place, attitude, velocity)
 

@@ -175,7 +175,7 @@ class PartSettings(Settings, frozen=True):
 
     def __post_init__(self) -> None:
         if self.unit is not None and self.factor is not None:
-            raise ValueError("factor: give either unit or factor")
+            raise ValueError("factor: set either unit or factor")
         if self.factor is not None and self.factor <= 0.0:
             raise ValueError("factor: must be positive; `sign` reverses a signal")
 
@@ -320,7 +320,7 @@ class NmeaSettings(Settings, frozen=True):
             if choice is not None and TALKER.sub("", choice) not in usable:
                 raise ValueError(f"{part}: {none_of(choice, usable)}")
         if self.altitude is not None and TALKER.sub("", self.altitude) == TALKER.sub("", self.depth):
-            raise ValueError(f"altitude: {self.altitude} gives the depth already")
+            raise ValueError(f"altitude: {self.altitude} is already used for the depth")
         known = {name for usable in NMEA_CHOICES.values() for name in usable}
         unknown = self.held.keys() - known
         if unknown:

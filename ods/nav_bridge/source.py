@@ -12,8 +12,8 @@ from ods.nav_bridge.clocks.utc import Utc
 from ods.nav_bridge.lever_arm import LeverArm
 from ods.nav_bridge.settings import NavSettings
 
-HELD_BACK = "the line or an adapter holds it back; if that clock stood still, start nav again"
-NOTHING_COMES = "nothing comes on the line any more"
+HELD_BACK = "the line or an adapter delays them; if that clock had stopped, restart nav"
+NOTHING_COMES = "no data arrive on the line any more"
 Send = Callable[[int, bytes], None]
 """Sends one data frame with a standard identifier."""
 

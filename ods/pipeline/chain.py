@@ -87,9 +87,7 @@ class Chain:
         Raises PingError for an invalid ping, StageError for a stage that fails.
         """
         if ping.sweep is not None:
-            raise PingError(
-                "beams of a mechanically scanned sonar are not an image each: `ods track` joins them into images"
-            )
+            raise PingError("single beams of a mechanically scanned sonar are not images: `ods track` joins them")
         frame = _checked_frame(ping)
         if ping.range_grid is not None:
             return detect_ranges(ping, frame, self._settings, pose, mask)

@@ -55,7 +55,7 @@ def detect_pings(
         try:
             yield PingResult(index, ping, chain.process(ping, mask), mask)
         except PingError as error:
-            log.warning("left out ping %d of the file: %s", index, error)
+            log.warning("skipped ping %d of the file: %s", index, error)
 
 
 def detection_table(results: Iterable[PingResult]) -> Floats:

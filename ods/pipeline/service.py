@@ -59,7 +59,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         pings, skipped = self._backlog.take()
         for _ in range(skipped):
             why = self.service.overload() or self._backlog.slowness()
-            self.service.log_once("skipped_pings", f"{why}: not all are processed")
+            self.service.log_once("skipped_pings", f"{why}: some are skipped")
         for ping in pings:
             self._process(ping)
 

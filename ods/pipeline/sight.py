@@ -123,12 +123,12 @@ class BlindnessMonitor:
         if code == 2:
             return f"{share} saturated"
         if code == 4:
-            return f"another source sounds without end in {share}"
+            return f"a continuous source is received in {share}"
         if code == 5:
             rise = np.nanmedian((self._levels.now_db - self._levels.was_db)[self._risen])
-            return f"noise {rise:.0f} dB over the levels before in {share}: it hides weaker objects"
+            return f"noise {rise:.0f} dB above the earlier levels in {share}: it hides weaker objects"
         fall = np.nanmedian((self._levels.usual_db - self._levels.now_db)[self._fallen])
-        return f"levels {fall:.0f} dB below what they were in {share}: head blocked or out of the water?"
+        return f"levels {fall:.0f} dB below the earlier ones in {share}: head blocked or out of the water?"
 
 
 def nothing_sent(ping: Ping, frame: AnyArray, first: int, top: float) -> Unseen:

@@ -44,7 +44,8 @@ class PoseMotion:
         ):
             return ""
         return (
-            f"the position moved by {_vector(self._moved)} m within {self.seconds:.1f} s, by the velocity it would be "
+            f"the position moved by {_vector(self._moved)} m within {self.seconds:.1f} s, "
+            "but by the reported velocity it would be "
             f"{_vector(self._by_velocity)} m (north, east, down): {_guess(moved_m, by_velocity_m)}"
         )
 

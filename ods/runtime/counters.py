@@ -178,7 +178,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("frame_short", "DBC: frames too short"),
         CounterRow("frame_not_finite", "DBC: frames with a float that is not a number"),
         CounterRow("frame_other_sender", "DBC: frames of a second sender of one parameter group", logged=True,
-                   advice="choose one by nav.dbc.source_address"),
+                   advice="choose one with nav.dbc.source_address"),
         CounterRow("frame_twin", "DBC: frames with a mapped number, but the other identifier length"),
         CounterRow("nmea_sentences", "NMEA: sentences used", trouble=False),
         CounterRow("nmea_other", "NMEA: sentences of other kinds or talkers", trouble=False),

@@ -163,7 +163,7 @@ class MissionTracker:
         if moved is None:
             return []
         step_s = moved.step_ns / clock.NS
-        self._complain("utc_steps", f"UTC steps by {step_s:+.1f} s: stamps since the start go with it")
+        self._complain("utc_steps", f"UTC steps by {step_s:+.1f} s: stamps since the start are corrected")
         return self.tracker.restamp(moved)
 
     def track(self, message: Detections, now_ns: int) -> TrackedPing | None:
@@ -172,7 +172,7 @@ class MissionTracker:
             self._complain("detections_from_future", f"ping {message.ping_number} is stamped in the future")
             return None
         if message.t_ns == self.tracker.t_ns:  # the same ping twice would count as two scans
-            self._complain("detections_late", f"ping {message.ping_number} is of the instant of the one before")
+            self._complain("detections_late", f"ping {message.ping_number} has the same time as the previous one")
             return None
         pose = None if self._jumps_within(message) else self._poses.at(message.t_ns)
         sent, utc_ns = head_of(pose, self._mounting), self._utc.at(message.t_ns)

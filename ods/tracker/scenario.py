@@ -125,7 +125,7 @@ def _checked(arrays: dict[str, Any], text: str) -> Scenario:
     if det.ndim != 2 or det.shape[1] != 5:
         raise ValueError(f"det: expected shape (M, 5), got {det.shape}")
     if not np.isfinite(t).all() or (np.abs(t) > 1e9).any() or (np.diff(t) < 0.0).any():
-        raise ValueError("t: times must be finite seconds that never fall")
+        raise ValueError("t: times must be finite and must not decrease, s")
     index = det[:, 0]
     if not (np.isfinite(index).all() and (index == np.floor(index)).all() and ((index >= 0) & (index < len(t))).all()):
         raise ValueError(f"det: scan indices must be whole numbers from 0 to {len(t) - 1}")
@@ -141,7 +141,7 @@ def _refuse_absurd(numbers: dict[str, Any]) -> None:
     """Raise ValueError where one is beyond all bounds; a pose that is not a number is none."""
     for name, value in numbers.items():
         if value is not None and (np.abs(value) > FARTHEST_M).any():
-            raise ValueError(f"{name}: a number is farther from 0 than {FARTHEST_M:g}")
+            raise ValueError(f"{name}: a number is larger than {FARTHEST_M:g}")
 
 
 def scans(scenario: Scenario, mounting: Mounting = AT_ORIGIN) -> Iterator[Scan]:

@@ -110,7 +110,8 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
             mission = self._mission.state(list(pending.puts), list(pending.removes))
             self._checkpoints.write(now_ns, reserved_id(tracker.next_id), mission)
         except OSError as error:
-            self.service.log_once("checkpoint_failed", f"objects would not outlive a kill: {reason_of(error)}")
+            reason = f"objects would be lost if the tracker were killed: {reason_of(error)}"
+            self.service.log_once("checkpoint_failed", reason)
 
     def handle(self, topic: str, message: Any) -> None:
         """Take one message; detections wait for the end of the round, when all poses are in."""
@@ -143,7 +144,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         """
         map_problem = self._map.problem(clock.monotonic_ns())
         most, left_out = self.settings.tracker.planner.most_listed, self._mission.left_out
-        bounded = f"{left_out} objects are not listed: {most} others are nearer" if left_out else ""
+        bounded = f"{left_out} objects are not listed: {most} nearer ones fill the list" if left_out else ""
         found = map_problem, bounded, self._operators.problem
         return [problem for problem in found if problem] + self._mission.problems()
 
@@ -194,7 +195,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         scans, skipped = self._backlog.take()
         for _ in range(skipped):
             why = self.service.overload() or self._backlog.slowness()
-            self.service.log_once("skipped_pings", f"{why}: not all are tracked")
+            self.service.log_once("skipped_pings", f"{why}: some are skipped")
         for scan in scans:
             began = clock.monotonic_ns()
             self._track(scan)

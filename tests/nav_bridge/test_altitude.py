@@ -55,7 +55,7 @@ def test_a_deviation_that_no_pose_may_carry_costs_the_altitude_only(bad: float) 
     assert msgspec.msgpack.decode(msgspec.msgpack.encode(pose), type=Pose) == pose
 
 
-HANGS = "poses have no altitude over the bottom: 20 m all the time, though the depth changed by"
+HANGS = "poses have no altitude over the bottom: 20 m constantly, although the depth changed by"
 
 
 def test_an_altimeter_that_hangs_is_not_believed_once_the_vehicle_sinks(caplog: pytest.LogCaptureFixture) -> None:
@@ -167,7 +167,7 @@ def test_nmea_and_pd6(name: str, sentence: bytes) -> None:
 
 
 def test_one_sentence_does_not_tell_depth_and_altitude() -> None:
-    with pytest.raises(ValueError, match=r"^altitude: SDDPT gives the depth already"):
+    with pytest.raises(ValueError, match=r"^altitude: SDDPT is already used for the depth"):
         NmeaSettings(port="/dev/null", depth="DPT", altitude="SDDPT")
 
 

@@ -235,7 +235,7 @@ def test_silence_is_a_problem_in_plain_words() -> None:
     bench.take(0x705, b"\x05", PERIOD)
     bench.epoch(1)
     assert bench.source.problems(2 * PERIOD) == []
-    assert bench.source.problems(PERIOD + 1_200 * MS) == ["no pose for 1.2 s: nothing comes on the line any more"]
+    assert bench.source.problems(PERIOD + 1_200 * MS) == ["no pose for 1.2 s: no data arrive on the line any more"]
     bench.take(0x705, b"\x85", 130 * PERIOD)  # with the toggle bit of node guarding
     bench.epoch(130)
     assert bench.source.problems(131 * PERIOD) == []

@@ -125,7 +125,7 @@ def test_error_passive_and_loneliness_are_reported_while_they_last(
     other.send(error_frame(0x20))
     owner.read()
     assert owner.link.problems() == [
-        "nav-link: no node acknowledges what is sent: alone on the bus, or another bit rate"
+        "nav-link: no node acknowledges: there is no other node on the bus, or it has another bit rate"
     ]
     monkeypatch.setattr(clock, "monotonic_ns", lambda: time.monotonic_ns() + 2 * clock.NS)
     assert owner.link.problems() == []

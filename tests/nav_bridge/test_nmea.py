@@ -223,7 +223,7 @@ def test_sentences_without_checksum_are_said_as_such() -> None:
     for line in (Ins().gga(0), Ins().pashr(0)):
         source.take(Line(line.split(b"*")[0], NS))
     assert counters == {"nmea_no_checksum": 2}
-    said = "all useful sentences are without checksum, and is dropped: let the sender append it (*hh)"
+    said = "all useful sentences are without checksum, and dropped: configure the sender to append it (*hh)"
     assert source.problems(2 * NS - 1)[-1] == said
     assert not any("baud" in problem or "never come" in problem for problem in source.problems(2 * NS - 1))
 
@@ -234,11 +234,11 @@ def test_a_sentence_that_comes_without_checksum_or_damaged_is_not_said_never_to_
     for line in (ins.gga(0).split(b"*")[0], ins.ts(0), ins.bs() + b"\xff", ins.pashr(0)):
         assert source.take(Line(line, NS)) is None
     assert source.unusable() == {
-        "GGA": "without checksum, and is dropped: let the sender append it (*hh)",
+        "GGA": "without checksum, and dropped: configure the sender to append it (*hh)",
         "BS": "damaged, and is dropped: its checksum or its fields are wrong",
     }
     assert source.problems(2 * NS - 1)[1:3] == [
-        "GGA (place) comes without checksum, and is dropped: let the sender append it (*hh)",
+        "GGA (place) comes without checksum, and dropped: configure the sender to append it (*hh)",
         "BS (velocity) comes damaged, and is dropped: its checksum or its fields are wrong",
     ]
     for line in (ins.gga(0), ins.bs()):
@@ -497,7 +497,7 @@ def test_what_is_old_not_valid_or_missing_is_said_by_name() -> None:
     ]  # fmt: skip
     source.take(Line(ins.bs(), NS))
     assert source.take(Line(ins.pashr(NS + MS), NS + MS)) is not None
-    assert source.problems(2 * NS + 400 * MS) == ["no pose for 1.4 s: nothing comes on the line any more"]
+    assert source.problems(2 * NS + 400 * MS) == ["no pose for 1.4 s: no data arrive on the line any more"]
     source.take(Line(summed("GPGSV,1,1,00"), 2 * NS + 399 * MS))
     assert source.problems(2 * NS + 400 * MS) == [
         "no pose for 1.4 s",
@@ -514,7 +514,7 @@ def test_two_talkers_are_said_and_one_can_be_named() -> None:
     source, counters = source_of(USUAL)
     for line in lines:
         source.take(Line(line, 0))
-    assert "GGA comes from the talkers GP and IN: name one in nav.nmea, such as GPGGA" in source.problems(NS)
+    assert "GGA comes from several talkers, GP and IN: name one in nav.nmea, such as GPGGA" in source.problems(NS)
     source, counters = source_of(msgspec.structs.replace(USUAL, place="INGGA"))
     for line in lines:
         source.take(Line(line, 0))
@@ -529,11 +529,11 @@ def test_a_second_talker_that_is_silent_again_is_no_problem_any_more(caplog: pyt
         source.take(Line(ins.gga(second * NS, "IN"), second * NS))
         if second in (3, 18):
             source.take(Line(ins.gga(second * NS, "GP"), second * NS))
-        reported = any("comes from the talkers GP and IN" in problem for problem in source.problems(second * NS))
+        reported = any("comes from several talkers, GP and IN" in problem for problem in source.problems(second * NS))
         assert reported == (3 <= second <= 13 or 18 <= second <= 28), second
     assert counters["nmea_talkers"] == 22
     assert [record.getMessage() for record in caplog.records] == [
-        "GGA comes from the talkers GP and IN: name one in nav.nmea, "
+        "GGA comes from several talkers, GP and IN: name one in nav.nmea, "
         "such as GPGGA (logged once, then counted as nmea_talkers)"
     ]
 

@@ -133,7 +133,7 @@ def test_of_two_senders_one_is_used_until_one_is_chosen(tmp_path: Path) -> None:
     source, counters = source_of(tmp_path, EXTENDED | 0x0CF013FE)
     assert len(fly(source, 0x18F01317, 0x18F0132A)) > 40
     assert counters["frame_other_sender"] == 50
-    assert "INS is sent by 0x17 and 0x2A: choose one by nav.dbc.source_address" in source.problems(NS + 100 * MS)
+    assert "INS is sent by 0x17 and 0x2A: choose one with nav.dbc.source_address" in source.problems(NS + 100 * MS)
     source, counters = source_of(tmp_path, EXTENDED | 0x0CF013FE, sender=0x2A)
     assert len(fly(source, 0x18F01317, 0x18F0132A)) > 40
     assert not counters["frame_other_sender"]

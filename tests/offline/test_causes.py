@@ -34,10 +34,10 @@ def test_a_cause_makes_no_false_obstacle_hides_no_body_and_is_reported(name: str
 
 def test_an_image_that_stands_still_is_a_caution_of_the_list() -> None:
     (cause,) = (each for each in CAUSES if each.name.endswith("at rest"))
-    assert "the image stands still, for s" in judged(cause._replace(seconds=13.0)).said
+    assert "the image has not changed for s" in judged(cause._replace(seconds=13.0)).said
     fields: dict[str, Any] = dict.fromkeys(("seq", "ping_number", "t_ns", "utc_ns", "t_rx_ns"), 0)
-    reported = ObstacleList(**fields, valid=True, reasons=[], obstacles=[], caution="the image stands still, for 3.2 s")
-    assert cautions(reported) == ["the image stands still, for 3.2 s"]
+    text = "the image has not changed for 3.2 s"
+    assert cautions(ObstacleList(**fields, valid=True, reasons=[], obstacles=[], caution=text)) == [text]
 
 
 def test_without_a_cause_nothing_is_reported() -> None:

@@ -94,7 +94,7 @@ def test_stage_is_named_and_the_next_ping_is_good(
     assert works.process(ping(1)).detections
     Illness.value = value
     for seed in (2, 3):
-        with pytest.raises(StageError, match=culprit + ": its image has values that are no finite numbers"):
+        with pytest.raises(StageError, match=culprit + ": its image has values that are not finite"):
             works.process(ping(seed))
     Illness.value = 0.0
     assert works.process(ping(4)).detections

@@ -68,7 +68,7 @@ def test_images_in_turn_are_refused_within_two_seconds(turn: int) -> None:
 def test_a_slow_or_turning_vehicle_is_waited_for() -> None:
     sonar, data = Sonar(speed_mps=0.1), image()
     reported = [sonar.show(changed(data, number)) for number in range(66)]
-    assert reported[30].startswith("the image stands still, for")
+    assert reported[30].startswith("the image has not changed for")
     assert "moved by 1.0 m" in next(filter(None, (sonar.refusal(changed(data, number)) for number in range(10))))
     turning = Sonar(speed_mps=0.0, turn_rps=math.radians(5.0))
     assert "turned by 5 deg" in next(filter(None, (turning.refusal(changed(data, number)) for number in range(10))))
@@ -78,7 +78,7 @@ def test_at_rest_an_image_that_stands_still_is_reported_and_taken() -> None:
     sonar, data = Sonar(speed_mps=0.0), image()
     reported = [sonar.show(changed(data, number)) for number in range(100)]
     assert reported[:6] == [""] * 6
-    assert reported[-1] == "the image stands still, for 14.8 s"
+    assert reported[-1] == "the image has not changed for 14.8 s"
     assert sonar.show(image()) == ""
 
 

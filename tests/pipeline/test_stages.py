@@ -219,5 +219,5 @@ def nan(params, fan):
 """
     )
     built = chain({"use": "gives.nan"}, DETECT, plugins=(file,))
-    with pytest.raises(StageError, match=r"stage\[0\] \(gives.nan\): its image has values that are no finite numbers"):
+    with pytest.raises(StageError, match=r"stage\[0\] \(gives.nan\): its image has values that are not finite"):
         built.process(make_ping(frame))

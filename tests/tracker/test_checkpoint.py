@@ -270,7 +270,7 @@ def flown(tracker: MissionTracker, t_s: float) -> ObstacleList:
 
 
 @pytest.mark.parametrize(
-    ("away_s", "reasons"), [(2.5, []), (3.5, ["coverage has just come back: objects are still being confirmed"])]
+    ("away_s", "reasons"), [(2.5, []), (3.5, ["coverage has just returned: objects are still being confirmed"])]
 )
 def test_what_came_into_view_while_the_tracker_was_away_for_long_is_not_in_its_first_lists(
     away_s: float, reasons: list[str]

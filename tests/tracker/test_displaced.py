@@ -139,7 +139,7 @@ def test_objects_that_vanish_together_are_reported_within_a_second() -> None:
     assert 0.3 < reported[0] <= 1.0
     assert reported[-1] == pytest.approx(HELD_S, abs=0.2)  # without a gap
     (reason,) = rig.displaced.reasons()
-    assert "5 of 5 static objects are not seen any more where they were" in reason
+    assert "5 of 5 static objects have vanished where they were" in reason
 
 
 @pytest.mark.parametrize("velocity", [(0.9, 0.3), (-0.2, 0.8), (0.0, -1.5)])

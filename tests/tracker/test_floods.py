@@ -37,7 +37,7 @@ def test_more_objects_than_are_listed() -> None:
         assert [round(math.hypot(*o.position_ned[:2])) for o in message.obstacles] == [20, 35, 50]
         chain.until(lambda _: bool(chain.health and chain.health.problems))
         assert chain.health is not None
-        assert chain.health.problems == ["2 objects are not listed: 3 others are nearer"]
+        assert chain.health.problems == ["2 objects are not listed: 3 nearer ones fill the list"]
 
 
 def test_a_flood_of_poses_leaves_the_lists_valid() -> None:

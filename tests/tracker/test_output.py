@@ -197,9 +197,9 @@ def test_an_overload_is_the_first_reason_also_where_another_process_notices_it_f
 
 def test_an_ins_that_is_gone_is_one_reason() -> None:
     reported = monitor()
-    reported.health(health("nav", 10.5, "no pose for 0.6 s: nothing comes on the line any more"))
+    reported.health(health("nav", 10.5, "no pose for 0.6 s: no data arrive on the line any more"))
     assert reported.reasons(round(10.6 * NS), pose_known=True) == [
-        "nav: no pose for 0.6 s: nothing comes on the line any more"
+        "nav: no pose for 0.6 s: no data arrive on the line any more"
     ]
 
 
@@ -225,7 +225,7 @@ def test_a_list_just_after_sight_was_away_is_not_relied_on(away: str) -> None:
             long.ping(t_ns)
             long.observed(t_ns, float(gone and away == "unseen"), "why", pose_known=not (gone and away == "no pose"))
         reported[tenth] = long.reasons(t_ns, pose_known=True)
-    back = ["coverage has just come back: objects are still being confirmed"]
+    back = ["coverage has just returned: objects are still being confirmed"]
     assert (reported[19], reported[620], reported[629], reported[631], reported[699]) == ([], back, back, [], [])
 
 

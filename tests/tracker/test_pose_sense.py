@@ -44,7 +44,7 @@ def test_a_jump_is_reported_once_and_for_a_second() -> None:
     sense, jumps = received(before + course(100, begin_ns=NS, ahead_m=100.0))
     assert jumps == ["the pose jumped by 100.0 m"]
     assert sense.reasons(NS + NS // 2) == [
-        "the pose jumped by 100.0 m: objects seen before are at wrong positions now, and are dropped"
+        "the pose jumped by 100.0 m: earlier objects are at wrong positions and are dropped"
     ]
     assert sense.reasons(2 * NS + STEP_NS) == []
 

@@ -115,7 +115,7 @@ def test_after_a_step_of_the_pose_no_valid_list_has_an_object_of_before(chain: C
     """An INS that takes a fix after a dive: what was seen before lies elsewhere now."""
     old = chain.until(good).obstacles
     chain.place = (step_m, 0.0, 4.0)
-    chain.until(says(f"the pose {said}: objects seen before are at wrong positions now, and are dropped"))
+    chain.until(says(f"the pose {said}: earlier objects are at wrong positions and are dropped"))
     begun = time.monotonic()
     chain.until(lambda _: time.monotonic() > begun + 5.0)
     valid = [message for message in chain.lists if message.valid and message.ping_number >= 0]

@@ -53,4 +53,4 @@ class BusErrors:
         elif self._passive:
             yield "many errors on the bus (error-passive): wiring, termination or bit rate"
         if self._lonely_ns is not None and now_ns - self._lonely_ns < RECENT_NS:
-            yield "no node acknowledges what is sent: alone on the bus, or another bit rate"
+            yield "no node acknowledges: there is no other node on the bus, or it has another bit rate"

@@ -152,7 +152,7 @@ class EpochOrder:
     def _uncertainty(self, burst: Burst) -> str:
         if burst.rare:
             named = ", ".join(self._labels[can_id] for can_id in burst.rare)
-            return f"{named}: more rarely than the others: give one rate to all at the INS, or list it in nav.dbc.held"
+            return f"{named}: more rarely than the others: set all to one rate at the INS, or list it in nav.dbc.held"
         if not burst.cycle:
             return (
                 "the messages of an instant come in changing order: nav.dbc.sequence must name the counter or time "
@@ -161,6 +161,6 @@ class EpochOrder:
         gaps = sorted(zip(burst.gaps_ns, burst.cycle, strict=True), reverse=True)[:2]
         silences = ", ".join(f"{gap_ns / MS:.2f} ms after {self._labels[can_id]}" for gap_ns, can_id in gaps)
         return (
-            f"the bus does not show an instant's first message, as its longest silences are alike ({silences}): "
-            "set nav.dbc.epoch to their order, or nav.dbc.sequence to a number that they share"
+            "the first message of an instant cannot be found, because the longest silences on the bus are alike "
+            f"({silences}): set nav.dbc.epoch to their order, or nav.dbc.sequence to a number that they share"
         )

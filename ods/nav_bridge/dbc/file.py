@@ -94,7 +94,7 @@ def _refuse_absurd_sizes(text: str) -> None:
     """Raise ValueError: cantools lists all bits of a message and of each signal, and all numbers of a range."""
     for size in _SIZES.finditer(text):
         if any(int(number[:MOST_DIGITS]) > MOST for number in size.groups("0")):
-            raise ValueError(f"{size[0][:80]}: a message has {MOST} bits at most")
+            raise ValueError(f"{size[0][:80]}: a message has at most {MOST} bits")
     for ranges in _RANGES.finditer(text):
         ends = [(int(first[:MOST_DIGITS]), int(last[:MOST_DIGITS])) for first, last in _RANGE.findall(ranges[0])]
         if any(last - first > MOST or last >= BEYOND_ALL for first, last in ends):

@@ -46,7 +46,7 @@ class SharedNumberAssembler:
     def objections(self) -> Iterator[str]:
         """Yield why epochs do not become poses though all their messages come."""
         if self._lacked:
-            yield f"{self._lacked} lacks the number that the others share (nav.dbc.sequence)"
+            yield f"{self._lacked} has no number in common with the others (nav.dbc.sequence)"
 
     def _begin(self, number: float, t_ns: int) -> None:
         if self._number is not None and self._missing:

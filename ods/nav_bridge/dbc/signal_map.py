@@ -312,7 +312,7 @@ class _Resolver:
         except ValueError as error:
             if unit is not None:
                 raise self._error(f"{key}.unit", str(error)) from error
-            advice = "give unit" if wanted == "s" else "give unit or factor"
+            advice = "give unit" if wanted == "s" else "set unit or factor"
             raise self._error(key, f"the DBC's unit {error}; {advice}") from error
 
     def _error(self, key: str, text: str) -> DbcError:

@@ -181,7 +181,7 @@ class DbcSource(CanSource):
         for can_id, (other, received_ns) in self._others.items():
             if now_ns - received_ns < SENDER_NS:
                 name, first = self._map.messages[can_id].layout.name, self._senders[can_id][0]
-                yield f"{name} is sent by 0x{first:02X} and 0x{other:02X}: choose one by nav.dbc.source_address"
+                yield f"{name} is sent by 0x{first:02X} and 0x{other:02X}: choose one with nav.dbc.source_address"
 
     def _is_silent(self, message: DbcMessage, now_ns: int) -> bool:
         if message.optional:

@@ -35,7 +35,7 @@ FIELDS: dict[str, tuple[str, ...]] = {
 """Pose fields of each part of the settings; a velocity's are those of its sentence."""
 
 
-BARE = "without checksum, and is dropped: let the sender append it (*hh)"
+BARE = "without checksum, and dropped: configure the sender to append it (*hh)"
 DAMAGED = "damaged, and is dropped: its checksum or its fields are wrong"
 
 
@@ -255,7 +255,8 @@ def _two_talkers(name: str, times: dict[str, int], now_ns: int) -> str:
     talkers = sorted(talker for talker, t_ns in times.items() if now_ns - t_ns <= TALKER_NS)
     if len(talkers) < 2:
         return ""
-    return f"{name} comes from the talkers {' and '.join(talkers)}: name one in nav.nmea, such as {talkers[0]}{name}"
+    several = f"{name} comes from several talkers, {' and '.join(talkers)}"
+    return f"{several}: name one in nav.nmea, such as {talkers[0]}{name}"
 
 
 def _parts(settings: NmeaSettings) -> dict[str, str]:

@@ -83,7 +83,7 @@ class PulseFinder:
         parts = [_part(row, near_m) for table, own in ((echoes, pulses.of_echoes), (faint, pulses.of_faint))
                  for row in table[own]]  # fmt: skip
         periods = ", ".join(f"{1e3 * period_s:.1f} ms" for period_s, *_ in self._trains)
-        return pulses._replace(parts=parts, why=f"another sonar's pulses, each {periods}")
+        return pulses._replace(parts=parts, why=f"another sonar's pulses, every {periods}")
 
     @property
     def _trains(self) -> list[Train]:

@@ -80,7 +80,7 @@ class RepeatedImage:
                 raise PingError(
                     f"the image is identical to an earlier one although the vehicle has {motion}: the sonar hangs"
                 )
-        return f"the image stands still, for {since_s:.1f} s" if since_s >= STILL_S else ""
+        return f"the image has not changed for {since_s:.1f} s" if since_s >= STILL_S else ""
 
     def _remember(self, image: _Image) -> None:
         place = self._pings % REMEMBERED

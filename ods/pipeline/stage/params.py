@@ -267,7 +267,7 @@ class NotANumberError(StageError):
     """An image has cells that are not finite."""
 
     def __init__(self) -> None:
-        super().__init__("its image has values that are no finite numbers")
+        super().__init__("its image has values that are not finite")
 
 
 def stage_label(index: int, stage: Mapping[str, Any]) -> str:

@@ -92,7 +92,7 @@ def _extent_of(echo: Detection) -> Extent:
 
 
 def _touched(low: float, high: float, first: float, last: float, count: int) -> slice:
-    """Return the cells of [first, last] that [low, high] touches; all for what is no number."""
+    """Return the cells of [first, last] that [low, high] touches; all for what is not a number."""
     if not math.isfinite(low + high):
         return slice(0, count)
     per = count / (last - first)
@@ -100,7 +100,7 @@ def _touched(low: float, high: float, first: float, last: float, count: int) -> 
 
 
 def _middles_in(low: float, high: float, first: float, last: float, count: int) -> slice:
-    """Return the cells of [first, last] whose middles are in [low, high]; all for what is no number."""
+    """Return the cells of [first, last] whose middles are in [low, high]; all for what is not a number."""
     if not math.isfinite(low + high):
         return slice(0, count)
     per = count / (last - first)
@@ -108,7 +108,7 @@ def _middles_in(low: float, high: float, first: float, last: float, count: int) 
 
 
 def _within(low: float, high: float, first: float, last: float, count: int) -> slice:
-    """Return the cells of [first, last] that lie in [low, high] as a whole; none for what is no number."""
+    """Return the cells of [first, last] that lie in [low, high] as a whole; none for what is not a number."""
     if not math.isfinite(low + high):
         return slice(0, 0)
     per, slack = count / (last - first), 1e-9

@@ -129,7 +129,8 @@ def _drift(value: float, sigma: float) -> str:
 
 def _far_off(value: float, sigma: float) -> str:
     ratio = f"{value:.1f} +- {sigma:.1f} times"
-    return f"static objects seem to move {ratio} as fast as the vehicle: a heading far off, or ranges in another unit?"
+    question = "is the heading wrong, or are ranges in another unit?"
+    return f"static objects seem to move {ratio} as fast as the vehicle: {question}"
 
 
 DRIFT = Cause((NORTH, EAST), (), 0.1, math.inf, math.inf, _drift)

@@ -190,7 +190,7 @@ class DisplacedObjects:
     def _find_vanished(self, steady: list[_Object]) -> None:
         gone = sum(each.is_gone for each in steady)
         if gone >= max(FEWEST, SHARE * len(steady)):
-            self._why = f"{gone} of {len(steady)} static objects are not seen any more where they were"
+            self._why = f"{gone} of {len(steady)} static objects have vanished where they were"
             self._since_s = self._t_s
         elif self._t_s - self._since_s > LONGEST_S or any(each.is_steady for each in self._objects.values()):
             self._why = ""

@@ -70,7 +70,7 @@ class MapKeeper:
             return
         for o in hibernated:
             if not math.isfinite(sum((*o.position, *o.sigma, o.radius, o.sigma_radius, o.existence, o.covariance_ne))):
-                self._complain("map_not_finite", f"object {o.id} is not finite and stays out of the map")
+                self._complain("map_not_finite", f"object {o.id} is not finite and is not stored in the map")
             elif o.times_seen >= self._settings.minimum_times_seen:
                 self.pending.put(o)
         for object_id in gone:

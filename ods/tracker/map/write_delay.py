@@ -55,7 +55,7 @@ class WriteDelay:
         silent = (
             "the disk does not answer"
             if self.wanted == WRITTEN
-            else "its process has not started yet, or the disk does not answer"
+            else "its process has not started yet, or the disk does not respond"
         )
         cause = self._failure or f"{self._name}: {self._overload or silent}"
         return f"{cause}; not {self.wanted} for {self._lasted_s(now_ns):.0f} s"

@@ -68,7 +68,7 @@ def _opened(link: Link, path: Path, origin_deg: tuple[float, float], run_dir: Pa
             return _read(path, origin_deg)
         except (MapError, RunDirError) as error:
             held = lock is None and is_locked(run_dir, LOCK)
-            reason = f"map {path}: a former process still writes it" if held else str(error)
+            reason = f"map {path}: an earlier process is still writing it" if held else str(error)
             if not _tell(link, Failed(reason, opened=False)) or _has_gone(link, backoff.failed()):
                 return None
 

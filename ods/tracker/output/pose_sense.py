@@ -105,12 +105,12 @@ class PoseSense:
         found = []
         # what was tracked before a jump is dropped (mission.py), and confirmed again after this time
         if self._jump and now_ns - self._jumped_ns < SETTLE_S * NS:
-            found.append(f"{self._jump}: objects seen before are at wrong positions now, and are dropped")
+            found.append(f"{self._jump}: earlier objects are at wrong positions and are dropped")
         if self._way_m > STILL_M and self._still_s > STILL_S:
             way = f"its velocity makes {self._way_m:.1f} m"
             found.append(f"the position of the INS has been constant for {self._still_s:.1f} s, although {way}")
         if len(self._flickers_ns) == FLICKERS and now_ns - self._flickers_ns[0] < SETTLE_S * NS:
-            found.append("the attitude goes to and fro from pose to pose: two INSs, or a disturbed compass?")
+            found.append("the attitude jumps back and forth: are there two INSs, or is the compass disturbed?")
         if self._newest is not None and rotated(self._newest.attitude, (0.0, 0.0, 1.0))[2] < 0.0:
             found.append("the pose of the vehicle is upside down: is the INS mounted so, or an angle in another unit?")
         vague = 0.0 if self._newest is None else max(self._newest.sigma_attitude)

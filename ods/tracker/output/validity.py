@@ -76,7 +76,7 @@ class InputMonitor:
         """Objects can be tracked by the ping transmitted at `t_ns`."""
         looked_ns = self.looked_ns
         if looked_ns is not None and t_ns - looked_ns > AWAY_S * NS:
-            self.begin_again(t_ns, "coverage has just come back")
+            self.begin_again(t_ns, "coverage has just returned")
         self.looked_ns = t_ns if looked_ns is None else max(looked_ns, t_ns)
 
     def begin_again(self, t_ns: int, why: str) -> None:

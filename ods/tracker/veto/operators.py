@@ -83,7 +83,7 @@ class Operators:
                 self._responder.counters = self.counters
         except (KeyFileError, BusError) as error:
             problem = str(error)
-        self.problem = f"no operator can veto: {problem}" if problem else ""
+        self.problem = f"operators cannot veto: {problem}" if problem else ""
 
     def close(self) -> None:
         """Close the socket."""

@@ -105,7 +105,7 @@ class Vetoes:
             if each.state == "terminated":
                 self.drop(each.id, "the obstacle ended")
             elif not lies_in(each, veto.region):
-                self.drop(each.id, "the obstacle moved or grew beyond what was named")
+                self.drop(each.id, "the obstacle has left the vetoed area")
         return [_marked(each, self._held) for each in obstacles] if self._held else obstacles
 
     def _expire(self, now_ns: int) -> None:
@@ -115,7 +115,7 @@ class Vetoes:
         over = [veto for veto in self._held if does(veto)]
         if over:
             self._held = [veto for veto in self._held if veto not in over]
-            self.ended += [f"veto {veto.number} of {_meant(veto)}, by {veto.author}, is over: {why}" for veto in over]
+            self.ended += [f"veto {veto.number} of {_meant(veto)}, by {veto.author}, has ended: {why}" for veto in over]
 
 
 def obstacle_of(wanted: int, present: Sequence[Obstacle]) -> Obstacle:

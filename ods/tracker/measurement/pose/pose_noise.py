@@ -46,7 +46,7 @@ class PoseNoise:
         """Restore the state of another one. Raises ValueError for an invalid state."""
         known = np.array(state.known, np.float64)
         if known.shape != self._known.shape or not np.isfinite(known).all() or known[: 1 + COMPARED].min() < 0.0:
-            raise ValueError("the noise of poses is not one of five numbers")
+            raise ValueError("invalid checkpoint: pose noise must be five numbers")
         self._known, self._times_ns = known, state.times_ns[-2:]
 
     def take(self, vehicle: Vehicle, t_ns: int) -> Vehicle:
