@@ -23,7 +23,7 @@ from ods.assess.sea.run import images_of, scene_with_seed
 from ods.base.arrays import Floats
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.fronts.judge import Fronts
+from ods.pipeline.fronts.judge import LeadingEdgeJudge
 from ods.pipeline.prepared import prepared_chain
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.by_name import find_sonar
@@ -41,7 +41,7 @@ SEED, AFTER_S = 40, 3.0
 """Of the scene with a rocky bed, and the time from its beginning to the frames."""
 
 
-class Unjudged(Fronts):
+class Unjudged(LeadingEdgeJudge):
     """Does not look at how echoes set in."""
 
     def of(self, bearing_rad: Floats, *_: Any) -> Floats:
@@ -77,7 +77,7 @@ def print_row(text: str, plain: PlainC, name: str, pings: list[Ping], rounds: in
 def judging_ms(pings: list[Ping], rounds: int) -> float:
     """Return how much longer the default chain takes as it judges how echoes set in."""
     judging, other = our_chain(DEFAULT), our_chain(DEFAULT)
-    with patch.object(prepared_chain, "Fronts", Unjudged):
+    with patch.object(prepared_chain, "LeadingEdgeJudge", Unjudged):
         other.process(pings[0])  # prepares it
     both = {"with": judging, "without": other}
     ms = mean_ms({name: [partial(chain.process, ping) for ping in pings] for name, chain in both.items()}, rounds)

@@ -23,7 +23,7 @@ from benchmarks.circles.heard_echoes import Seen, received
 from benchmarks.circles.synthetic import RADII_M, RANGES_M, SONAR, Case, Sonar, looks
 from ods.base.arrays import Floats
 from ods.pipeline.chain import Chain
-from ods.pipeline.measure.echoes import LAWS
+from ods.pipeline.measure.echoes import SIGMA_NETWORK
 from ods.pipeline.settings import PipelineSettings
 
 SHARES = {"front": 0.3, "disc": 0.2, "half": 0.12, "plate": 0.18, "point": 0.2}
@@ -124,7 +124,7 @@ def save(laws: Laws, path: Path) -> None:
 def main() -> None:
     """Write the laws."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=LAWS, metavar="LAWS.npz", help="the file that is written")
+    parser.add_argument("--out", type=Path, default=SIGMA_NETWORK, metavar="LAWS.npz", help="the file that is written")
     parser.add_argument("--bodies", type=int, default=16000, help="that are drawn")
     parser.add_argument("--beds", type=int, default=160, help="scenes with spheres that are drawn")
     parser.add_argument("--seed", type=int, default=6)

@@ -21,7 +21,7 @@ from ods.assess.sea.run import head_at
 from ods.base.arrays import Floats, Floats32
 from ods.messages import Detection, frame_of
 from ods.pipeline.chain import Chain
-from ods.pipeline.fronts.judge import Fronts
+from ods.pipeline.fronts.judge import LeadingEdgeJudge
 from ods.pipeline.fronts.network import learnt
 from ods.pipeline.prepared.plan import make_plan, sample_scale_of
 from ods.pipeline.settings import PipelineSettings
@@ -109,7 +109,7 @@ def seen_in(scene: Scene, sonar: SonarModel) -> Iterator[Seen]:
     bare = sim.seeing(Scene(msgspec.structs.replace(scene.file, sea_bed=None)))
     settings = msgspec.convert({"stage": STAGES}, PipelineSettings)
     chain = Chain(settings)
-    fronts: Fronts | None = None
+    fronts: LeadingEdgeJudge | None = None
     for number in range(0, PINGS * EVERY, EVERY):
         ping = shot_at(sim, number).ping
         t_s = ping.t_ns / 1e9
@@ -117,7 +117,7 @@ def seen_in(scene: Scene, sonar: SonarModel) -> Iterator[Seen]:
         echoes = [*found.detections, *found.faint]
         if not echoes:
             continue
-        fronts = fronts or Fronts(make_plan(ping, settings).images[0])
+        fronts = fronts or LeadingEdgeJudge(make_plan(ping, settings).images[0])
         share = _shares(echoes, bare.mean_area(t_s), sim.mean_area(t_s), sonar)
         bearing_rad, near_m = np.array([(echo.bearing_rad, echo.near_m) for echo in echoes]).T
         yield Seen(fronts.windows(bearing_rad, near_m, frame_of(ping), sample_scale_of(ping)), share)

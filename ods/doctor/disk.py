@@ -9,7 +9,7 @@ from ods.base.files.ownership import why_not_writable
 from ods.base.geodesy import SiteSettings
 from ods.doctor.finding import Finding
 from ods.recording.settings import RecordSettings
-from ods.tracker.map.rights import hindrance
+from ods.tracker.map.rights import missing_permission
 from ods.tracker.map.store import copy_of_map
 
 
@@ -22,7 +22,7 @@ def map_file(path: Path | None, site: SiteSettings) -> Iterator[Finding]:
     if not os.path.exists(path):  # noqa: PTH110  which never raises
         yield _to_be_made(subject, path)
         return
-    reason = hindrance(path)
+    reason = missing_permission(path)
     yield Finding("wrong", subject, reason) if reason else _usable(subject, path, site)
 
 

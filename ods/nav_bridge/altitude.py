@@ -22,7 +22,7 @@ class ReportedAltitude(NamedTuple):
     """Of the vehicle."""
 
 
-class AltitudeSense:
+class AltitudeCheck:
     """Counts `altitude_absurd` and `altitude_still`, and logs the first of each."""
 
     def __init__(self, highest_m: float, counters: Counter[str]) -> None:
@@ -33,7 +33,7 @@ class AltitudeSense:
         self._downs = 0.0, 0.0
         """Least and greatest depth, m, since then."""
 
-    def believes(self, altitude_m: float, sigma_m: float, reported: ReportedAltitude) -> bool:
+    def is_plausible(self, altitude_m: float, sigma_m: float, reported: ReportedAltitude) -> bool:
         """Return whether an altitude and its standard deviation, derived from `reported`, can be the vehicle's."""
         hangs = self._hangs(reported)
         if not (0.0 < altitude_m <= self._highest_m and 0.0 <= sigma_m <= self._highest_m):  # written so that NaN fails

@@ -10,7 +10,7 @@ from ods.base.errors import OdsError
 from ods.base.frames.quaternion import conjugate, from_euler, product, rotated
 from ods.base.geodesy import LocalFrame
 from ods.messages import Pose, Quaternion, Vector3
-from ods.nav_bridge.altitude import AltitudeSense, ReportedAltitude
+from ods.nav_bridge.altitude import AltitudeCheck, ReportedAltitude
 from ods.nav_bridge.clocks.utc import Utc
 from ods.nav_bridge.settings import LimitSettings, SigmaSettings
 
@@ -37,7 +37,7 @@ UNITS: dict[str, str] = {
     **dict.fromkeys((OVER_BOTTOM, SIGMA_OVER_BOTTOM), "m"),
 }
 """Every pose field and its unit."""
-WILD = 1e9
+LARGEST_VALUE = 1e9
 """Larger than any field in any unit; computing with it is safe."""
 LARGEST_SIGMA = {"m": 1e7, "rad": 1e3}
 """A `Pose` carries no more, by unit."""
@@ -62,7 +62,7 @@ NO_AGES: Mapping[str, Age] = {}
 
 class PoseMaker:
     """Makes a `Pose` of each believable set of fields. Counts `epoch_absurd` (out of range), `epoch_late`, and what
-    `AltitudeSense` counts (left out of a pose that is good otherwise)."""
+    `AltitudeCheck` counts (left out of a pose that is good otherwise)."""
 
     def __init__(
         self,
@@ -76,7 +76,7 @@ class PoseMaker:
         """Choose by the names that will come. Raises OdsError when they do not make a pose, or one is left over."""
         self._frame, self._limits, self._sigmas = frame, limits, sigmas
         self._utc, self._counters = utc, counters
-        self._altitudes = AltitudeSense(limits.altitude_m, counters)
+        self._altitudes = AltitudeCheck(limits.altitude_m, counters)
         self._poses = 0
         self._place = _needed(PLACES, fields)
         self._attitude = _needed(ATTITUDES, fields)
@@ -144,7 +144,7 @@ class PoseMaker:
         age = ages.get(OVER_BOTTOM, Age(0.0, 0.0))
         sunk = age.seconds * sinking
         then = ReportedAltitude(reported, t_ns - round(age.seconds * NS), down - sunk)
-        if not self._altitudes.believes(reported - sunk, sigma, then):
+        if not self._altitudes.is_plausible(reported - sunk, sigma, then):
             return None, 0.0
         return reported - sunk, math.hypot(sigma, _added(age))
 
@@ -158,7 +158,7 @@ class PoseMaker:
     def _believable(self, values: Mapping[str, float]) -> tuple[Vector3, Quaternion, Vector3] | str:
         """Return position, attitude as reported and body velocity, or why no vehicle has them."""
         for name in self._used:
-            if not abs(values[name]) < WILD:  # written so that NaN fails
+            if not abs(values[name]) < LARGEST_VALUE:  # written so that NaN fails
                 return f"{name} is {values[name]:g}"
         negative = [name for name in self._reported_sigmas if values[name] < 0.0]
         if negative:

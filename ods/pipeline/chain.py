@@ -11,14 +11,14 @@ from ods.compiled import native
 from ods.messages import MOST_HEARING_DB, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline.image.missing.no_data import samples_without_data
 from ods.pipeline.image.samples.amplitude import SampleScale
-from ods.pipeline.image.samples.recorded import Frame, RegionNumbers, unpaint
+from ods.pipeline.image.samples.recorded import Frame, RegionNumbers, unmark_regions
 from ods.pipeline.interference.deaf_beams import BeamJudge
 from ods.pipeline.interference.pulses import PulseFinder
-from ods.pipeline.interference.second_way import SecondWays
+from ods.pipeline.interference.second_way import MultipathDetector
 from ods.pipeline.measure.echoes import ROW, EchoTable, joined
 from ods.pipeline.prepared.plan import PingError, Plan, are_alike, geometry_key, make_plan, sample_scale_of
 from ods.pipeline.prepared.prepared_chain import PreparedChain
-from ods.pipeline.prepared.speckle import LEARNT_CELLS, Alive
+from ods.pipeline.prepared.speckle import LEARNT_CELLS, KeepAlive
 from ods.pipeline.range_image.detector import detect_ranges
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.sight import BlindnessMonitor, Unseen, nothing_sent, with_parts
@@ -46,7 +46,7 @@ class Chain:
         *,
         learnt_cells: int = LEARNT_CELLS,
         watch: Watch | None = None,
-        alive: Alive | None = None,
+        alive: KeepAlive | None = None,
     ) -> None:
         """Find the stages and check their parameters. Raises PluginError, StageError.
 
@@ -75,7 +75,7 @@ class Chain:
         self._sight = BlindnessMonitor()
         self._beams = BeamJudge()
         self._pulses = PulseFinder()
-        self._second_ways = SecondWays()
+        self._second_ways = MultipathDetector()
 
     def process(
         self, ping: Ping, mask: RegionNumbers | None = None, pose: Pose | PoseEstimate | None = None
@@ -99,7 +99,7 @@ class Chain:
             seen = self._look(ping, frame, phase, PingContext(ping.t_ns, pose), mask)
             self._phase += 1
         else:
-            seen = _Seen([], [], nothing_sent(ping, frame, first, self._scale.top), None, [])
+            seen = _PingResult([], [], nothing_sent(ping, frame, first, self._scale.top), None, [])
         return Detections(
             seq=ping.seq,
             ping_number=ping.ping_number,
@@ -121,7 +121,7 @@ class Chain:
 
     def _look(
         self, ping: Ping, frame: AnyArray, phase: int, context: PingContext, mask: RegionNumbers | None
-    ) -> "_Seen":
+    ) -> "_PingResult":
         first = self._plan.first
         _check_gaps(ping)
         missing = samples_without_data(ping, frame, first, self._scale.top)
@@ -141,15 +141,15 @@ class Chain:
                 count += len(more.echoes)
                 heard_from += [] if more.heard_from is None else [more.heard_from]
         echoes, weak = joined(found), joined(faint)
-        pulses = self._pulses.sort_out(ping, frame, echoes, weak)
+        pulses = self._pulses.classify(ping, frame, echoes, weak)
         if pulses.why:
             echoes, weak = echoes[~pulses.of_echoes], weak[~pulses.of_faint]
             unseen = with_parts(unseen, pulses.parts, pulses.why, self._plan.sector)
             if mask is not None:
-                unpaint(mask, pulses.of_echoes)
+                unmark_regions(mask, pulses.of_echoes)
         from_db = _heard_from_db(heard_from)
         ways_m = self._second_ways.of(ping, self._scale.db_a_count, echoes, weak, from_db or 0.0)
-        return _Seen(_detections(echoes), _detections(weak), unseen, from_db, ways_m)
+        return _PingResult(_detections(echoes), _detections(weak), unseen, from_db, ways_m)
 
     def _prepare(self, ping: Ping) -> None:
         sampling = (ping.dtype, ping.scale, ping.scale_factor)
@@ -206,7 +206,7 @@ class _Prepared(NamedTuple):
             image.move_to(layout)
 
 
-class _Seen(NamedTuple):
+class _PingResult(NamedTuple):
     """Results of a ping."""
 
     detections: list[Detection]

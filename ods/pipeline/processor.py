@@ -13,7 +13,7 @@ from ods.messages import Detections, Ping, Pose
 from ods.pipeline.chain import Chain
 from ods.pipeline.interference.repeated_image import RepeatedImage
 from ods.pipeline.prepared.plan import PingError
-from ods.pipeline.prepared.speckle import Alive
+from ods.pipeline.prepared.speckle import KeepAlive
 from ods.pipeline.settings import PipelineConfig
 from ods.pipeline.steadiness import Steadiness
 from ods.pipeline.swept import SweptSonar
@@ -33,7 +33,7 @@ class PingProcessor:
     """
 
     def __init__(
-        self, settings: PipelineConfig, counters: "Counter[str] | None" = None, alive: Alive | None = None
+        self, settings: PipelineConfig, counters: "Counter[str] | None" = None, alive: KeepAlive | None = None
     ) -> None:
         """alive: see `Chain`. Raises PluginError, StageError."""
         self.counters: Counter[str] = Counter() if counters is None else counters

@@ -21,7 +21,7 @@ from ods.runtime.processes import PROCESSES
 from ods.tracker.map.keeper import of_earlier_mission
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
-from ods.tracker.restart.checkpoint import Mission
+from ods.tracker.restart.checkpoint import MissionState
 from ods.tracker.restart.ids import reserved_id
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.veto.vetoes import RefusedError
@@ -183,7 +183,7 @@ class TrackerRerun:
         )
         if former is not None and _goes_on(original, former):
             self.counters["tracker_restarts"] += 1
-            left: Mission = msgspec.msgpack.decode(msgspec.msgpack.encode(former.state([], [])), type=Mission)
+            left: MissionState = msgspec.msgpack.decode(msgspec.msgpack.encode(former.state([], [])), type=MissionState)
             tracker.restore(left, left.map_changes.put, reserved_id(former.tracker.next_id))
         else:
             self.counters["tracker_anew"] += former is not None

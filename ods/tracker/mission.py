@@ -31,7 +31,7 @@ from ods.tracker.output.pose_sense import PoseSense
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import InputMonitor
-from ods.tracker.restart.checkpoint import Mission
+from ods.tracker.restart.checkpoint import MissionState
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
 from ods.tracker.veto.vetoes import RefusedError, Vetoes
@@ -108,7 +108,7 @@ class MissionTracker:
     def _count(self, name: str, _: str) -> None:
         self.counters[name] += 1
 
-    def restore(self, mission: Mission, known: list[MapObject], first_id: int) -> None:
+    def restore(self, mission: MissionState, known: list[MapObject], first_id: int) -> None:
         """Restore the state of a former tracker. Raises ValueError for an invalid state; this one is unusable then."""
         self.tracker.restore(mission.tracker, known, first_id)
         self._lister.restore(mission.announced)
@@ -117,9 +117,9 @@ class MissionTracker:
         self._ping_seq = mission.ping_seq
         self._utc = VehicleUtc(mission.started_ns, mission.utc_ahead_ns, self._utc.source)
 
-    def state(self, unwritten: list[int], undeleted: list[int]) -> Mission:
+    def state(self, unwritten: list[int], undeleted: list[int]) -> MissionState:
         """Return where it is in its work; `unwritten`, `undeleted`: ids that the map's file is behind with."""
-        return Mission(
+        return MissionState(
             tracker=self.tracker.state(),
             map_changes=self.tracker.map_changes(),
             announced=self._lister.state(),

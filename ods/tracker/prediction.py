@@ -11,9 +11,9 @@ from ods.tracker.measurement.coverage.field_of_view import (
     Coverage,
     FieldOfView,
     coverage_of,
+    exclude_not_swept,
     field_of_view,
     hidden_by,
-    look_elsewhere,
 )
 from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurements
 from ods.tracker.measurement.scan import Scan, Vehicle
@@ -56,7 +56,7 @@ def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: Tracker
     if scan.looked is not None:
         seen = hidden_by(seen, scan.looked, measurement, radius)
     if len(scan.not_swept):
-        look_elsewhere(seen, measurement, scan.fan_turn, scan.not_swept)
+        exclude_not_swept(seen, measurement, scan.fan_turn, scan.not_swept)
     reported, vague = flags = np.empty((2, len(radius)), np.bool_)
     visibility, returned = np.empty(len(radius)), -math.expm1(-settings.echo.return_rate * tracks.unjudged_s)
     known = history, existence, measurement.table, radius, seen.probability

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ods.base.arrays import AnyArray, Floats
-from ods.pipeline.interference.buried_pulses import BuriedPulses, Train
+from ods.pipeline.interference.buried_pulses import BuriedPulses, PulseTrain
 from tests.pipeline.pings import make_ping
 
 PING_S, SOUND_SPEED, DR_M, SAMPLES, BEAMS = 0.1493, 1500.0, 0.05, 2000, 5
@@ -26,9 +26,9 @@ def images(arrivals_s: Floats, level: float, seed: int, texture: Floats | None =
     return received
 
 
-def line(period_s: float, at_s: float) -> Train:
+def line(period_s: float, at_s: float) -> PulseTrain:
     """A train in the middle beam."""
-    return Train(period_s, at_s, 0.0, 0.0, 0.0, 3.0)
+    return PulseTrain(period_s, at_s, 0.0, 0.0, 0.0, 3.0)
 
 
 @pytest.mark.parametrize(("count", "level"), [(2, 3.0), (3, 2.0), (4, 2.0), (7, 2.0)])
@@ -37,7 +37,7 @@ def test_as_many_pulses_are_received_as_there_are_of_which_none_is_an_echo(count
     for seed in range(5):
         received = images(0.01 + period_s * np.arange(100, dtype=np.float64), level, seed)
         assert received.a_period(line(period_s * count, 0.01)) == count
-        assert received.are_received(line(period_s, 0.01))
+        assert received.is_received(line(period_s, 0.01))
 
 
 @pytest.mark.parametrize("level", [0.0, 3.0, 30.0])

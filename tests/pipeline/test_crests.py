@@ -9,7 +9,7 @@ from ods.compiled import native
 from ods.messages import Detections, Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.detect.background.crests import LocalThreshold, crest_quantiles
-from ods.pipeline.detect.background.rise import Rise, levelled
+from ods.pipeline.detect.background.rise import ThresholdRise, levelled
 from ods.pipeline.detect.regions.grouping import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.image.regions import RUN
 from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
@@ -30,7 +30,7 @@ def learnt() -> LocalThreshold:
 
 
 def levelled_by(meter: LocalThreshold, image: Image, noise: tuple[float, float], follow: float) -> Image:
-    return levelled(image, Rise(noise[0], meter.factors(image, noise, 5.5), follow, follow, *meter.region))
+    return levelled(image, ThresholdRise(noise[0], meter.factors(image, noise, 5.5), follow, follow, *meter.region))
 
 
 def measured(image: Image) -> tuple[float, float]:
@@ -83,7 +83,7 @@ def test_what_is_levelled_keeps_the_background_and_divides_what_is_over_it() -> 
     image = rayleigh(5)
     factors = np.random.default_rng(2).uniform(1.0, 2.5, (4, 8))
     factors[1, 2] = 1.0
-    out = levelled(image, Rise(1.2, factors, 0.5, 1.0, 16, 64))
+    out = levelled(image, ThresholdRise(1.2, factors, 0.5, 1.0, 16, 64))
     each = np.sqrt(np.repeat(np.repeat(factors, 16, 0), 64, 1))
     np.testing.assert_allclose(out, 1.2 + (image - 1.2) / each, rtol=1e-5, atol=1e-6)
     np.testing.assert_array_equal(out[16:32, 128:192], image[16:32, 128:192])
@@ -93,7 +93,7 @@ def test_what_is_levelled_keeps_the_background_and_divides_what_is_over_it() -> 
 def test_regions_over_levels_that_rise_are_those_of_the_levelled_image(power: float) -> None:
     image = rayleigh(6)
     factors = np.random.default_rng(3).uniform(1.0, 1.5, (4, 7))  # the last places are wider
-    rise = Rise(1.2, factors, power, power, 16, 70)
+    rise = ThresholdRise(1.2, factors, power, power, 16, 70)
     rule = GrowingRule(1.9, 2.5, 1, 2, image.size)
     visited = np.zeros(SHAPE, np.bool_)
     risen, count = find_regions(image, rule._replace(rise=rise), room_for_runs(SHAPE), visited)
@@ -134,7 +134,9 @@ def test_regions_reach_the_level_of_the_place_that_their_cells_are_in() -> None:
     image = np.zeros((8, 8), np.float32)
     image[1, 2:6], image[6, 1], image[6, 6] = (1.0, 1.0, 1.0, 3.0), 3.0, 5.0
     runs = np.array([(1, 2, 6, 1), (6, 1, 2, 2), (6, 6, 7, 3)], RUN)
-    rise = Rise(0.0, np.array([[81.0, 4.0], [9.0, 16.0]]), 0.0, 0.5, 4, 4)  # of quarters; a level has to be exceeded
+    rise = ThresholdRise(
+        0.0, np.array([[81.0, 4.0], [9.0, 16.0]]), 0.0, 0.5, 4, 4
+    )  # of quarters; a level has to be exceeded
     found = np.empty(3, np.bool_)
     native.reaching(image, runs, 1.0, rise, found)
     assert found.tolist() == [True, False, True]

@@ -11,7 +11,7 @@ from ods.pipeline.detect.regions.grouping import GrowingRule, find_regions, room
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.missing.no_data import ALL_DATA
 from ods.pipeline.image.regions import Regions
-from ods.pipeline.image.samples.recorded import Recorded, paint
+from ods.pipeline.image.samples.recorded import Recorded, mark_region
 from ods.pipeline.stage.params import NotANumberError, TwoLevelParams
 
 
@@ -21,7 +21,7 @@ def as_recorded(image: Image) -> Recorded:
 
 def mask_of(regions: Regions, image: Image) -> Ints32:
     mask = np.zeros(image.shape, np.int32)
-    paint(regions, 0, as_recorded(image), mask)
+    mark_region(regions, 0, as_recorded(image), mask)
     return mask
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ods.pipeline.measure.echoes import ECHO, ROW, EchoTable, Wanted, parted
+from ods.pipeline.measure.echoes import ECHO, ROW, EchoTable, Wanted, split_faint
 
 RANGES_M = 5.0, 10.0, 15.0, 20.0, 25.0
 FRONTS = 0.9, 0.1, 0.9, 0.1, 0.9
@@ -27,12 +27,12 @@ def test_rows_are_read_as_numpy_reads_them() -> None:
 
 
 def test_echoes_are_parted_by_range_and_the_faint_ones_by_their_fronts() -> None:
-    strong, faint = parted(table(), np.array(FAINT), Wanted(10.0, 25.0, 0.12))
+    strong, faint = split_faint(table(), np.array(FAINT), Wanted(10.0, 25.0, 0.12))
     assert strong["range_m"].tolist() == [10.0]
     assert faint["range_m"].tolist() == [15.0]
 
 
 def test_without_faint_ones_all_in_the_ranges_are_echoes() -> None:
-    strong, faint = parted(table(), None, Wanted(0.0, 20.0, 0.12))
+    strong, faint = split_faint(table(), None, Wanted(0.0, 20.0, 0.12))
     assert strong["range_m"].tolist() == [5.0, 10.0, 15.0]
     assert not faint.size

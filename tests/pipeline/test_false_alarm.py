@@ -12,7 +12,7 @@ from scipy.special import gamma as gamma_function, gammaincc, kv
 
 from benchmarks.detection.clutter import k_distributed, looks
 from benchmarks.detection.false_alarm import CFAR, CHAINS, CLUTTER, FILTERS, KINDS, chain_of, rates
-from ods.pipeline.prepared.speckle import KINDS as LEARNT, Speckle, drawn
+from ods.pipeline.prepared.speckle import KINDS as LEARNT, Speckle, speckle_generator
 
 pytestmark = pytest.mark.slow
 
@@ -69,7 +69,7 @@ def test_benchmarks_clutter_follows_its_closed_form(level: float) -> None:
 def test_learnt_speckle_has_the_moments_of_its_kind(kind: Speckle) -> None:
     """Mean intensity 1; mean square (1 + 1 / looks)(1 + 1 / shape), times that of the trend."""
     out = np.empty((200, 2000), np.float32)
-    drawn(kind, np.random.Generator(np.random.SFC64(1)))(out)
+    speckle_generator(kind, np.random.Generator(np.random.SFC64(1)))(out)
     intensity = out.astype(np.float64)
     expected = (1.0 + 1.0 / kind.looks) * (1.0 + (1.0 / kind.texture if kind.texture else 0.0))
     trend = kind.louder ** np.linspace(0.0, 2.0, 2000)

@@ -11,7 +11,7 @@ from scipy.signal import correlate
 
 from ods.base.arrays import Floats, Floats32
 from ods.pipeline.chain import Chain
-from ods.pipeline.fronts.judge import BEAMS, BEFORE, CELLS, LEAST_FRONT, Fronts, can_be_judged
+from ods.pipeline.fronts.judge import BEAMS, BEFORE, CELLS, LEAST_FRONT, LeadingEdgeJudge, can_be_judged
 from ods.pipeline.fronts.network import learnt, network_of
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.image_layout import RangeInterval, layout
@@ -30,9 +30,9 @@ def fan_of(beams: int = 60, step_rad: float = STEP_RAD, dr_m: float = DR_M) -> F
     return Fan(bearing, np.full(beams, step_rad), SAMPLES, dr_m, dr_m)
 
 
-def fronts_of(fan: Fan, first: int = 0, subsample: int = 2) -> Fronts:
+def fronts_of(fan: Fan, first: int = 0, subsample: int = 2) -> LeadingEdgeJudge:
     attention = AttentionSettings(near_m=0.0, subsample=subsample)
-    return Fronts(layout(fan, slice(0, len(fan.bearing_rad)), first, [ALL_RANGES], attention, 0))
+    return LeadingEdgeJudge(layout(fan, slice(0, len(fan.bearing_rad)), first, [ALL_RANGES], attention, 0))
 
 
 def places(*places: tuple[int, float]) -> tuple[Floats, Floats]:
@@ -156,7 +156,7 @@ def bed_of_patches(shape: float, seed: int) -> Floats32:
 def share_of(shape: Callable[[Floats, Floats], Floats], over_db: float, least: float) -> float:
     """Return the share of 60 such echoes that have at least such a front, so far over the mean of a bed of patches."""
     fan = fan_of()
-    judge = Fronts(layout(fan, slice(0, 60), 0, [ALL_RANGES], NO_RINGS, 0))
+    judge = LeadingEdgeJudge(layout(fan, slice(0, 60), 0, [ALL_RANGES], NO_RINGS, 0))
     count = 0
     for seed in range(60):
         rng = np.random.default_rng(seed)
@@ -218,7 +218,7 @@ def test_windows_follow_beams_that_lie_wider_apart_at_the_edges_of_a_fan() -> No
 
 
 def test_no_echo_is_no_work() -> None:
-    judge = Fronts(layout(fan_of(), slice(0, 60), 0, [ALL_RANGES], NO_RINGS, 0))
+    judge = LeadingEdgeJudge(layout(fan_of(), slice(0, 60), 0, [ALL_RANGES], NO_RINGS, 0))
     nowhere = np.empty(0)
     assert judge.of(nowhere, nowhere, np.empty((60, SAMPLES), np.float32), AMPLITUDE).size == 0
 

@@ -38,7 +38,7 @@ def pulses_at(t_s: float, period_s: float, bearing_deg: float = 12.0) -> list[De
 
 def watch(pings: Iterable[tuple[float, list[Detection]]]) -> list[Pulses]:
     finder = PulseFinder()
-    return [finder.sort_out(ping_at(t_s), FRAME, echo_table(echoes), NO_ECHOES) for t_s, echoes in pings]
+    return [finder.classify(ping_at(t_s), FRAME, echo_table(echoes), NO_ECHOES) for t_s, echoes in pings]
 
 
 @pytest.mark.parametrize("period_s", [0.0371, 0.06, 0.1, 0.11])

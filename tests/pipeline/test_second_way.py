@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ods.messages import Detection
-from ods.pipeline.interference.second_way import SecondWays
+from ods.pipeline.interference.second_way import MultipathDetector
 from tests.pipeline.pings import echo_table, make_ping
 
 
@@ -22,7 +22,7 @@ BODIES = [(30.0, -20.0, 24.0), (55.0, 3.0, 26.0), (70.0, 25.0, 22.0)]
 
 
 def reported(longer_m: list[float], bodies: list[tuple[float, float, float]] = BODIES) -> list[list[float]]:
-    rng, ways = np.random.default_rng(2), SecondWays()
+    rng, ways = np.random.default_rng(2), MultipathDetector()
     lists = []
     for number in range(20):
         ping = make_ping(np.ones((2, 2000), np.uint8), t_ns=number * 150_000_000)
@@ -50,7 +50,9 @@ def test_the_way_of_one_body_is_not_reported() -> None:
     assert not any(reported([6.0], BODIES[:1]))
 
 
-def seen(bodies: list[tuple[float, float, float]], pings: range, ways: SecondWays, from_db: float) -> list[float]:
+def seen(
+    bodies: list[tuple[float, float, float]], pings: range, ways: MultipathDetector, from_db: float
+) -> list[float]:
     """Return what is reported after pings that show bodies and of each loud enough its echo, 6 m behind."""
     rng, reported = np.random.default_rng(3), []
     for number in pings:
@@ -63,12 +65,12 @@ def seen(bodies: list[tuple[float, float, float]], pings: range, ways: SecondWay
 
 def test_bodies_whose_echo_is_too_faint_say_nothing_against_a_way() -> None:
     loud, faint = [(30.0, -20.0, 26.0), (55.0, 3.0, 25.0)], [(70.0, 25.0, 18.0), (45.0, 30.0, 17.0), (62.0, -9.0, 16.0)]
-    assert seen([*loud, *faint], range(10), SecondWays(), 10.0) == pytest.approx([6.0], abs=0.25)
+    assert seen([*loud, *faint], range(10), MultipathDetector(), 10.0) == pytest.approx([6.0], abs=0.25)
 
 
 def test_a_way_stays_while_no_body_or_only_one_can_show_it_and_goes_with_its_echoes() -> None:
     loud, faint = [(30.0, -20.0, 26.0), (55.0, 3.0, 25.0)], [(70.0, 25.0, 18.0), (45.0, 30.0, 17.0)]
-    ways = SecondWays()
+    ways = MultipathDetector()
     seen(loud, range(10), ways, 10.0)
     assert seen(faint, range(10, 40), ways, 10.0) == pytest.approx([6.0], abs=0.25)
     assert seen([loud[0], *faint], range(40, 70), ways, 10.0) == pytest.approx([6.0], abs=0.25)
@@ -80,7 +82,7 @@ def test_a_way_stays_while_no_body_or_only_one_can_show_it_and_goes_with_its_ech
 
 
 def test_two_of_many_bodies_with_another_as_far_behind_by_chance_are_no_way() -> None:
-    rng, ways = np.random.default_rng(4), SecondWays()
+    rng, ways = np.random.default_rng(4), MultipathDetector()
     behind = 6.0, 6.0, 9.0, 11.0, 14.0, 17.0, 20.0, 23.0
     for number in range(20):
         loud = [(20.0 + 5.0 * k, -40.0 + 11.0 * k, 26.0) for k in range(len(behind))]

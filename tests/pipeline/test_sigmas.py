@@ -12,7 +12,7 @@ from ods.assess.sea.assessment import shipped_folder
 from ods.assess.sea.run import head_at, images_of, scene_with_seed
 from ods.base.arrays import Image
 from ods.pipeline.chain import Chain
-from ods.pipeline.measure.echoes import LAWS
+from ods.pipeline.measure.echoes import SIGMA_NETWORK
 from ods.pipeline.measure.sigmas.features import Features
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.by_name import find_sonar
@@ -83,7 +83,7 @@ def test_every_echo_has_finite_sigmas_and_none_below_the_columns() -> None:
 
 def test_a_law_is_two_layers() -> None:
     """That of the radius, all but the contrast, and that of the range."""
-    with np.load(LAWS) as laws:
+    with np.load(SIGMA_NETWORK) as laws:
         sigmas, along = (Layers(laws[f"{name}_hidden"], laws[f"{name}_out"]) for name in ("sigmas", "range"))
     for seed in range(60):
         reported = measured(*echo_of(seed))
@@ -141,7 +141,7 @@ def test_the_command_draws_the_same_bodies_and_writes_what_can_be_read(tmp_path:
     sigmas = Layers(rng.normal(size=(INPUTS, 24)), rng.normal(size=(25, 3)))
     along = Layers(rng.normal(size=(INPUTS + 1, 24)), rng.normal(size=(25, 1)))
     circle_laws.save(circle_laws.Laws(sigmas, along), tmp_path / "laws.npz")
-    with np.load(tmp_path / "laws.npz") as written, np.load(LAWS) as shipped:
+    with np.load(tmp_path / "laws.npz") as written, np.load(SIGMA_NETWORK) as shipped:
         assert {name: array.shape for name, array in written.items()} == {
             name: array.shape for name, array in shipped.items()
         }

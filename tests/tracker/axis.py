@@ -8,7 +8,7 @@ from ods.base.arrays import Floats
 from ods.compiled import native
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.observer.horizontal import STATE, Heights, Learned
-from ods.tracker.observer.kalman.independent import IndependentState, Together
+from ods.tracker.observer.kalman.independent import CrossCovariances, IndependentState
 from tests.tracker.fixes import fixes_of
 
 ROWS = [IndependentState._fields.index(name) for name in ("position", "velocity", "variance", "slope", "residual")]
@@ -56,4 +56,4 @@ def _tables(state: AxisState) -> tuple[Floats, Floats, Floats]:
     n = len(state.position)
     filters = np.ones((len(IndependentState._fields), 2, n))
     filters[ROWS] = np.stack(state)[:, None]
-    return filters, np.zeros((len(Together._fields), n)), np.zeros((2, UNSEEN, STATE, n))
+    return filters, np.zeros((len(CrossCovariances._fields), n)), np.zeros((2, UNSEEN, STATE, n))

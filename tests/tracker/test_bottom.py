@@ -8,7 +8,7 @@ import pytest
 
 from ods.pose.buffer import PoseEstimate
 from ods.tracker.map.map_object import MapObject
-from ods.tracker.output.bottom import Bottom, bottom_below, may_be_hit, stand_of
+from ods.tracker.output.bottom import Bottom, bottom_below, heights_above_bottom, is_reportable
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.snapshot import Snapshot, snapshot_of_map
 from ods.tracker.settings import BottomSettings, MotionSettings, PlannerSettings
@@ -37,7 +37,7 @@ def test_the_probability_is_that_of_bottoms_and_objects_drawn_by_chance(
 ) -> None:
     """Of all bottoms and objects there may be, those in which nothing is below the bottom."""
     rng = np.random.default_rng(3)
-    stand = stand_of(objects((10.0, -5.0 + away_m, down, sigma)), BELOW, SETTINGS)
+    stand = heights_above_bottom(objects((10.0, -5.0 + away_m, down, sigma)), BELOW, SETTINGS)
     bottom = BELOW.place[2] + rng.normal(0.0, BELOW.sigma_m, DRAWN) + rng.normal(0.0, SETTINGS.roughness_m, DRAWN)
     bottom += away_m * np.tan(np.radians(SETTINGS.slope_deg)) * rng.standard_normal(DRAWN)
     height = bottom - rng.normal(down, sigma, DRAWN)
@@ -55,13 +55,13 @@ def test_what_sticks_up_is_called_bottom_no_oftener_than_the_risk(sigma: float) 
     top = rng.uniform(0.0, 4.0, count)
     down = BELOW.place[2] + rng.normal(0.0, np.hypot(BELOW.sigma_m, 0.3), count) - 0.5 * top
     seen = objects(*((10.0, -5.0, float(d + rng.normal(0.0, sigma)), sigma) for d in down))
-    left_out = ~may_be_hit(seen, BELOW, SETTINGS)
+    left_out = ~is_reportable(seen, BELOW, SETTINGS)
     high = top > SETTINGS.clearance_m
     assert (left_out & high).sum() <= SETTINGS.risk * max(high.sum(), 1)
     if sigma < 0.1:
         exact = msgspec.structs.replace(SETTINGS, roughness_m=0.05)
         sure = replace_sigma(seen, 0.05)
-        assert (~may_be_hit(sure, Bottom(BELOW.place, 0.05), exact))[top < 0.2].any()
+        assert (~is_reportable(sure, Bottom(BELOW.place, 0.05), exact))[top < 0.2].any()
 
 
 def replace_sigma(snapshot: Snapshot, down: float) -> Snapshot:
@@ -75,15 +75,15 @@ def test_a_sonar_of_one_plane_calls_nothing_bottom(altitude_m: float) -> None:
     """It knows of an object that it is within 10 degrees of its plane, which is level: no height follows from that."""
     ranges = np.arange(5.0, 100.0, 5.0)
     places = [(r, 0.0, 20.0, float(r * np.sin(np.radians(10.0)) / np.sqrt(3.0))) for r in ranges.tolist()]
-    assert may_be_hit(objects(*places), Bottom(np.array([0.0, 0.0, 20.0 + altitude_m]), 0.1), BottomSettings()).all()
+    assert is_reportable(objects(*places), Bottom(np.array([0.0, 0.0, 20.0 + altitude_m]), 0.1), BottomSettings()).all()
 
 
 def test_what_is_far_below_the_bottom_is_not_taken_for_it() -> None:
     """The bottom falls off there, and what stands in the depth may reach up to anywhere."""
     seen = objects((12.0, -5.0, 29.0, 0.2), (12.0, -5.0, 25.1, 0.2))
     sharp = msgspec.structs.replace(SETTINGS, roughness_m=0.05)
-    assert stand_of(seen, BELOW, sharp).bottom[0] == 0.0
-    assert stand_of(seen, BELOW, sharp).bottom[1] > 0.9
+    assert heights_above_bottom(seen, BELOW, sharp).bottom[0] == 0.0
+    assert heights_above_bottom(seen, BELOW, sharp).bottom[1] > 0.9
 
 
 def test_without_an_altitude_nothing_is_said_and_nothing_left_out() -> None:
@@ -91,7 +91,7 @@ def test_without_an_altitude_nothing_is_said_and_nothing_left_out() -> None:
     pose = PoseEstimate(0, np.array([0.0, 0.0, 20.0]), np.array([1.0, 0.0, 0.0, 0.0]), zeros, zeros, zeros, 0.0)
     assert bottom_below(pose) is None
     assert bottom_below(None) is None
-    assert may_be_hit(seen, None, SETTINGS).all()
+    assert is_reportable(seen, None, SETTINGS).all()
     reported = ObstacleLister(PlannerSettings(), MotionSettings(), SETTINGS).obstacles(seen)[0]
     assert (reported.bottom_probability, reported.height_above_bottom_m, reported.sigma_height_above_bottom_m) == (
         0.0,
@@ -107,10 +107,10 @@ def test_without_an_altitude_nothing_is_said_and_nothing_left_out() -> None:
 def test_the_planner_hears_how_each_stands() -> None:
     seen = objects((10.0, -5.0, 24.9, 0.05), (10.0, -4.0, 20.0, 0.1))
     sharp, below = msgspec.structs.replace(SETTINGS, roughness_m=0.05), Bottom(BELOW.place, 0.05)
-    stand = stand_of(seen, below, sharp)
+    stand = heights_above_bottom(seen, below, sharp)
     reported = ObstacleLister(PlannerSettings(), MotionSettings(), sharp).obstacles(seen, bottom=below)
     assert [each.bottom_probability for each in reported] == stand.bottom.tolist()
     assert [each.height_above_bottom_m for each in reported] == pytest.approx([0.1, 5.0])
     assert [each.sigma_height_above_bottom_m for each in reported] == stand.sigma_m.tolist()
-    assert may_be_hit(seen, below, sharp).tolist() == [False, True]
-    assert may_be_hit(seen, below, msgspec.structs.replace(sharp, list="all")).all()
+    assert is_reportable(seen, below, sharp).tolist() == [False, True]
+    assert is_reportable(seen, below, msgspec.structs.replace(sharp, list="all")).all()

@@ -24,7 +24,7 @@ from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
-from ods.tracker.restart.checkpoint import Checkpoint, Checkpoints, Mission
+from ods.tracker.restart.checkpoint import Checkpoint, Checkpoints, MissionState
 from ods.tracker.restart.state import MapChanges
 from ods.tracker.settings import OWN_OBSERVERS, LifeSettings, TrackerConfig, TrackerSettings
 from ods.tracker.tracker import Tracker
@@ -35,8 +35,8 @@ CONFIG = TrackerConfig(
 )
 
 
-def mission_of(tracker: Tracker) -> Mission:
-    return Mission(tracker.state(), tracker.map_changes(), [], [4], [5], 6, 6, 7, 8, 9)
+def mission_of(tracker: Tracker) -> MissionState:
+    return MissionState(tracker.state(), tracker.map_changes(), [], [4], [5], 6, 6, 7, 8, 9)
 
 
 def scan(k: int, rng: np.random.Generator) -> Scan:
@@ -63,7 +63,7 @@ def test_the_next_tracker_goes_on_to_the_bit(observer: str, killed_at: int) -> N
     one = started(observer)
     for each in scans[: killed_at + 1]:
         one.step(each)
-    left = msgspec.msgpack.decode(msgspec.msgpack.encode(mission_of(one)), type=Mission)
+    left = msgspec.msgpack.decode(msgspec.msgpack.encode(mission_of(one)), type=MissionState)
     other = Tracker(one.settings)
     other.restore(left.tracker, left.map_changes.put, one.next_id)
     for each in scans[killed_at + 5 :]:  # the gap

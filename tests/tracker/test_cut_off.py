@@ -11,7 +11,7 @@ import pytest
 from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.base.frames.geometry import quat_from_euler
-from ods.tracker.measurement.coverage.cut_off import nothing_twice
+from ods.tracker.measurement.coverage.cut_off import limit_information
 from ods.tracker.measurement.coverage.field_of_view import coverage_of, field_of_view
 from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.scan import Echoes, Scan, echoes_of, vehicle_at
@@ -91,7 +91,9 @@ def cut_echo(radius: float) -> Echoes:
 def test_a_hundred_cut_echoes_tell_as_much_as_one() -> None:
     along, across, size = 30.0, 60.0, 9.0
     for _ in range(100):
-        rows = nothing_twice(cut_echo(1.0), predictions(along, across).table, np.full(1, 4.0), np.full(1, size)).rows
+        rows = limit_information(
+            cut_echo(1.0), predictions(along, across).table, np.full(1, 4.0), np.full(1, size)
+        ).rows
         along, across, size = (
             known * noise / (known + noise)
             for known, noise in (
@@ -107,13 +109,13 @@ def test_a_hundred_cut_echoes_tell_as_much_as_one() -> None:
 
 def test_a_part_larger_than_the_body_was_thought_to_be_is_believed_and_whole_echoes_stay_as_they_are() -> None:
     known, before, variance = predictions(0.1, 0.1).table, 1.0, 4.0
-    rows = nothing_twice(cut_echo(2.0), known, np.full(1, before), np.full(1, variance)).rows
+    rows = limit_information(cut_echo(2.0), known, np.full(1, before), np.full(1, variance)).rows
     gain = variance / (variance + rows.sigma_radius[0] ** 2)
     after = before + gain * (rows.radius[0] - before)
     assert after == pytest.approx(before + variance / (variance + HIDDEN_M**2), rel=1e-3)  # as by the echo alone
     assert (1.0 - gain) * variance == pytest.approx(variance, rel=1e-3)
     whole = echoes_of(np.array([[39.0, 0.7, 0.0, 0.5, 1.0, 0.1, 0.3, 20.0, 0.0]]))[0]
-    np.testing.assert_array_equal(nothing_twice(whole, known, np.ones(1), np.ones(1)).table, whole.table)
+    np.testing.assert_array_equal(limit_information(whole, known, np.ones(1), np.ones(1)).table, whole.table)
 
 
 @pytest.mark.parametrize("aside_m", [8.0, 11.0])

@@ -14,7 +14,7 @@ import pytest
 
 from ods.base import clock
 from ods.tracker.map import schema
-from ods.tracker.map.hibernated import SKIN_M, HibernatedObjects
+from ods.tracker.map.hibernated import QUERY_MARGIN_M, HibernatedObjects
 from ods.tracker.map.keeper import MapKeeper
 from ods.tracker.map.link import OBJECTS_A_PACKET
 from ods.tracker.map.map_object import MapObject
@@ -331,7 +331,7 @@ def test_sleeping_objects_are_found_what_is_near_as_the_vehicle_goes_on() -> Non
     asleep = HibernatedObjects()
     asleep.put([rock(i + 1, float(place[0]), float(place[1])) for i, place in enumerate(places)])
     for step in range(60):
-        centre = np.array([step * SKIN_M / 7.0, -3.0 * step])
+        centre = np.array([step * QUERY_MARGIN_M / 7.0, -3.0 * step])
         ids, found = asleep.places(centre, 100.0)
         expected = np.flatnonzero(np.hypot(*(places - centre).T) <= 100.0) + 1
         assert sorted(ids.tolist()) == expected.tolist()
@@ -348,6 +348,6 @@ def test_ten_thousand_sleeping_objects_are_not_looked_at() -> None:
     asked: list[str] = []
     asleep._tree.set_trace_callback(asked.append)
     for step in range(101):
-        assert asleep.places(np.array([step * SKIN_M / 50.0, 0.0]), 100.0)[0].tolist() == [1]
+        assert asleep.places(np.array([step * QUERY_MARGIN_M / 50.0, 0.0]), 100.0)[0].tolist() == [1]
     assert 2 <= sum("FROM place" in statement for statement in asked) <= 3
     assert asleep._near_ids.tolist() == [1]

@@ -13,7 +13,7 @@ from ods.messages import Detection, Obstacle
 from ods.pose.buffer import PoseEstimate
 from ods.tracker.outline.outlines import EDGE_KEPT_S, Outlines
 from ods.tracker.outline.owners import GATE, GATE_M, Extents, owners_of
-from ods.tracker.outline.seen import Seen, seen_from
+from ods.tracker.outline.seen import GlobalEchoes, seen_from
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import MARGIN_SIGMAS
 
@@ -210,7 +210,7 @@ def test_an_echo_is_of_the_object_whose_ellipse_it_fits_best(seed: int) -> None:
         assert owner[k] == (best if fits[best][1] <= GATE**2 else -1)
 
 
-def _fit_of(objects: Snapshot, extents: Extents, i: int, seen: Seen, k: int) -> tuple[float, float]:
+def _fit_of(objects: Snapshot, extents: Extents, i: int, seen: GlobalEchoes, k: int) -> tuple[float, float]:
     """Return the misfit and the squared distance in axes of echo `k` to object `i`, infinite where it is not of it."""
     off, radius = seen.place[k] - objects.position[:2, i], objects.radius[i]
     sigma = math.hypot(objects.sigma_position[:2, i].max(), seen.sigma[k])

@@ -11,7 +11,7 @@ from ods.base.arrays import Floats
 from ods.messages import Detection, Detections, Sector
 from ods.tracker.measurement.from_detections import received
 from ods.tracker.measurement.model import position_measurement
-from ods.tracker.measurement.planes import SIDE_LOBE_DB, one_a_body
+from ods.tracker.measurement.planes import SIDE_LOBE_DB, merge_planes
 from ods.tracker.measurement.scan import EchoRows, echo_table_of, echoes_of, vehicle_at
 
 HALF = math.radians(10.0)
@@ -27,7 +27,7 @@ def row(elevation: float = 0.0, strength: float = 20.0, **others: float) -> tupl
 
 def merged(*rows: tuple[float, ...]) -> Floats:
     """Return the (k, 12) echoes that become of rows."""
-    return one_a_body(echoes_of(np.array(rows))[0], HALF).table.T
+    return merge_planes(echoes_of(np.array(rows))[0], HALF).table.T
 
 
 def test_a_body_received_alike_is_between_its_planes() -> None:

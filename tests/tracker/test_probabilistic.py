@@ -11,7 +11,7 @@ from ods.base.arrays import Floats, Indices
 from ods.base.frames.geometry import quat_from_euler
 from ods.tracker.association.assignment import Question
 from ods.tracker.association.hypotheses.gating import Hypotheses
-from ods.tracker.association.jpda import LEAST_GAIN, probabilistic, shares
+from ods.tracker.association.jpda import LEAST_GAIN, association_probabilities, probabilistic
 from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.scan import vehicle_at
 from ods.tracker.named import Named
@@ -47,7 +47,7 @@ def exact(worth: Floats) -> Floats:
 
 def approximate(worth: Floats) -> Floats:
     found = pairs_of(worth)
-    share, _ = shares(found, *worth.shape)
+    share, _ = association_probabilities(found, *worth.shape)
     result = np.zeros(worth.shape)
     result[found.objects, found.echoes] = share
     return result
@@ -81,7 +81,7 @@ worths = st.floats(-1e6, 1e6) | st.floats(-30.0, 30.0)
 def test_whatever_the_likelihoods_shares_are_probabilities(pairs: list[tuple[int, int, float]]) -> None:
     objects, columns = (np.array([pair[k] for pair in pairs], np.intp) for k in (0, 1))
     worth = np.array([pair[2] for pair in pairs], np.float64)
-    share, free = shares(hypotheses(objects, columns, worth), 6, 6)
+    share, free = association_probabilities(hypotheses(objects, columns, worth), 6, 6)
     for values in (share, free, np.bincount(objects, share, 6)):
         assert np.isfinite(values).all()
         assert (values >= 0.0).all()

@@ -12,7 +12,7 @@ from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.scene.timeline import Scene
 from ods.tracker.clearance.clearance import ClearanceKeeper
-from ods.tracker.measurement.coverage.looked import Looked
+from ods.tracker.measurement.coverage.looked import ObservedRanges
 from ods.tracker.settings import ClearanceSettings
 from tests.range_images import PERIOD_S, pings_of, poses_of, scene_of, shipped_scene, sphere
 
@@ -51,7 +51,7 @@ def test_an_object_that_another_one_hides_is_not_missed() -> None:
 def test_what_hides_and_what_does_not() -> None:
     clear = np.full((4, 2), 15.0)
     clear[1, 0] = 5.0
-    looked = Looked(clear, (-0.8, 0.8), (-0.4, 0.4))
+    looked = ObservedRanges(clear, (-0.8, 0.8), (-0.4, 0.4))
     bearing, elevation = np.array([-0.3, -0.3, 0.3, -0.3, -0.3, 2.0]), np.array([-0.2, 0.2, -0.2, -0.2, -0.2, -0.2])
     range_m = np.array([8.0, 8.0, 8.0, 5.2, math.nan, 8.0])
     hidden = looked.hides(range_m, bearing, elevation, np.full(6, 0.5))

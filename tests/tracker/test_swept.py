@@ -9,7 +9,7 @@ import pytest
 from ods.base.clock import NS
 from ods.messages import UnseenPart
 from ods.tracker.existence import lifecycle
-from ods.tracker.measurement.coverage.field_of_view import FieldOfView, look_elsewhere
+from ods.tracker.measurement.coverage.field_of_view import FieldOfView, exclude_not_swept
 from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.scan import not_swept_of, unseen_of
 from ods.tracker.named import Named
@@ -91,7 +91,7 @@ def test_what_is_seen_follows_where_the_middle_may_be() -> None:
     flags, shares = np.zeros((3, 4), np.bool_), np.ones((2, 4))
     flags[0] = True
     seen = FieldOfView(flags[0], shares[0], flags[1], flags[2], shares[1])
-    look_elsewhere(seen, predicted, 0.0, np.radians([[-45.0, 0.0], [10.0, 45.0]]))
+    exclude_not_swept(seen, predicted, 0.0, np.radians([[-45.0, 0.0], [10.0, 45.0]]))
     assert seen.watched == pytest.approx([1.0, 0.84, 0.0, 0.0], abs=0.01)  # the normal distribution at one sigma
     assert seen.probability == pytest.approx([1.0, 0.84, 0.05, 0.226], abs=0.01)
     assert seen.unseen.tolist() == seen.skipped.tolist() == [False, False, True, True]

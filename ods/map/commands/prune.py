@@ -8,7 +8,7 @@ from ods.base.command_line.arguments import number, positive_int
 from ods.base.errors import OdsError
 from ods.map.commands.files import add_area_argument, add_map_argument, map_file, opened
 from ods.map.prune import Criteria, why_not
-from ods.tracker.map.rights import hindrance
+from ods.tracker.map.rights import missing_permission
 from ods.tracker.map.store import copy_of_map, sole_access
 
 
@@ -28,7 +28,7 @@ def run(args: Namespace) -> None:
     if not criteria:
         raise OdsError("say what to remove: --existence-below, --older-than, --seen-fewer or --outside")
     path = map_file(args.file, args.config)
-    if not args.dry_run and os.path.isfile(path) and (reason := hindrance(path)):  # noqa: PTH113  which never raises
+    if not args.dry_run and os.path.isfile(path) and (reason := missing_permission(path)):  # noqa: PTH113  which never raises
         raise OdsError(f"map {path}: {reason}")
     now_ns = clock.utc_ns()
     with opened(copy_of_map(path) if args.dry_run else sole_access(path)) as store:

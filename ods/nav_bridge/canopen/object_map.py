@@ -14,7 +14,7 @@ SEQUENCE_FIELD, STATUS_FIELD, TIME_FIELD = CONTROL_FIELDS = "sequence", "status"
 OBJECT = re.compile(r"0x([0-9a-fA-F]{1,4})(?::([0-9]{1,3}))?")
 KEY = "nav.canopen.objects"
 
-Where = tuple[int, int]
+ObjectAddress = tuple[int, int]
 """Index and sub-index."""
 
 
@@ -26,13 +26,13 @@ class MappedObject(NamedTuple):
     field: str
     factor: float | None
     """None: that of the EDS."""
-    may_lack: bool = False
+    is_optional: bool = False
     """An EDS is as good without it."""
 
 
-def object_map(objects: Mapping[str, str | ObjectSettings]) -> dict[Where, MappedObject]:
+def object_map(objects: Mapping[str, str | ObjectSettings]) -> dict[ObjectAddress, MappedObject]:
     """Return what each object is; of the default, what is optional may lack. Raises OdsError: one line with the key."""
-    found: dict[Where, MappedObject] = {}
+    found: dict[ObjectAddress, MappedObject] = {}
     usual = {name: _field(entry) for name, entry in objects.items()} == POSE_OBJECTS
     for name, entry in objects.items():
         where, factor = _where(name), entry.factor if isinstance(entry, ObjectSettings) else None
@@ -54,7 +54,7 @@ def _field(entry: str | ObjectSettings) -> str:
     return entry.field if isinstance(entry, ObjectSettings) else entry
 
 
-def _where(name: str) -> Where:
+def _where(name: str) -> ObjectAddress:
     match = OBJECT.fullmatch(name)
     subindex = int(match[2] or 0) if match else 0
     if match is None or subindex > 254:

@@ -11,7 +11,7 @@ from canopen.objectdictionary import ODVariable, datatypes
 
 from ods.nav_bridge.can.frame import MAX_DATA_BYTES
 from ods.nav_bridge.canopen.eds import EdsError, number_of, read_dictionary
-from ods.nav_bridge.canopen.object_map import SEQUENCE_FIELD, STATUS_FIELD, TIME_FIELD, MappedObject, Where
+from ods.nav_bridge.canopen.object_map import SEQUENCE_FIELD, STATUS_FIELD, TIME_FIELD, MappedObject, ObjectAddress
 
 STRUCT_CODES: dict[int, str] = {
     datatypes.INTEGER8: "b",
@@ -113,10 +113,10 @@ class _Entry(NamedTuple):
     """Of a number of an odd count of bytes."""
 
 
-def load_pdo_set(eds: Path, node_id: int, objects: Mapping[Where, MappedObject]) -> PdoSet:
+def load_pdo_set(eds: Path, node_id: int, objects: Mapping[ObjectAddress, MappedObject]) -> PdoSet:
     """Return the INS's valid transmit PDOs that carry one of `objects`. Raises EdsError."""
     dictionary = read_dictionary(eds, node_id, "nav.canopen.ins_eds")
-    carried: set[Where] = set()
+    carried: set[ObjectAddress] = set()
     try:
         layouts = tuple(_layouts(dictionary, objects, carried))
         sequence_bits, status_bits = (_bits(dictionary, objects, name) for name in (SEQUENCE_FIELD, STATUS_FIELD))
@@ -125,7 +125,7 @@ def load_pdo_set(eds: Path, node_id: int, objects: Mapping[Where, MappedObject])
     missing = [
         f"{mapped.name} ({mapped.field})"
         for where, mapped in objects.items()
-        if where not in carried and not mapped.may_lack
+        if where not in carried and not mapped.is_optional
     ]
     if missing or not layouts:
         raise EdsError(f"{eds}: no transmit PDO carries {', '.join(missing) or 'a pose field'}")
@@ -137,7 +137,7 @@ def load_pdo_set(eds: Path, node_id: int, objects: Mapping[Where, MappedObject])
 
 
 def _layouts(
-    dictionary: ObjectDictionary, objects: Mapping[Where, MappedObject], carried: set[Where]
+    dictionary: ObjectDictionary, objects: Mapping[ObjectAddress, MappedObject], carried: set[ObjectAddress]
 ) -> Iterator[PdoLayout]:
     place = 0
     for number in range(TPDO_COUNT):
@@ -160,7 +160,7 @@ def _layouts(
         place += 1
 
 
-def _carries_any(dictionary: ObjectDictionary, index: int, objects: Mapping[Where, MappedObject]) -> bool:
+def _carries_any(dictionary: ObjectDictionary, index: int, objects: Mapping[ObjectAddress, MappedObject]) -> bool:
     """Return whether a mapping record, as far as it counts and can be read, maps one of `objects`."""
     try:
         count = number_of(dictionary, index, 0)
@@ -177,7 +177,7 @@ def _carries_any(dictionary: ObjectDictionary, index: int, objects: Mapping[Wher
 
 
 def _entries(
-    dictionary: ObjectDictionary, index: int, objects: Mapping[Where, MappedObject], carried: set[Where]
+    dictionary: ObjectDictionary, index: int, objects: Mapping[ObjectAddress, MappedObject], carried: set[ObjectAddress]
 ) -> Iterator[_Entry]:
     """Yield one mapping record; what is no pose field is skipped, be it single bits."""
     skipped = 0
@@ -214,7 +214,7 @@ def _entry(variable: ODVariable | None, mapped: MappedObject, bits: int) -> _Ent
     return _Entry(code, (mapped.field,), (1,))
 
 
-def _bits(dictionary: ObjectDictionary, objects: Mapping[Where, MappedObject], field: str) -> int:
+def _bits(dictionary: ObjectDictionary, objects: Mapping[ObjectAddress, MappedObject], field: str) -> int:
     """Return the width of what carries a field, 0 where nothing does. Raises ValueError."""
     variables = [dictionary.get_variable(*where) for where, mapped in objects.items() if mapped.field == field]
     widths = {len(variable) for variable in variables if variable is not None}

@@ -130,7 +130,7 @@ class DbcEpochAssembler:
         return None
 
     def _give_up(self) -> None:
-        self._order.look_again()
+        self._order.check_again()
         if self._next:
             self._counters["epoch_torn"] += 1
             self._breaks_at = next(
@@ -151,7 +151,7 @@ class DbcEpochAssembler:
             return None
         if self._is_parted():
             self._counters["epoch_parted"] += 1
-            self._order.look_again()
+            self._order.check_again()
             return None
         epoch = DbcEpoch(self._values, self._instant_ns)
         if t_ns - self._instant_ns <= self._window_ns:

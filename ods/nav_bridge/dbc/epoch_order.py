@@ -29,7 +29,7 @@ class Step(NamedTuple):
     gap_ns: int
 
 
-class Burst(NamedTuple):
+class MessageCycle(NamedTuple):
     """The messages of an instant come one after the other, then there is silence until the next: what steps show."""
 
     cycle: tuple[CanId, ...] = ()
@@ -51,26 +51,26 @@ class Burst(NamedTuple):
         return self.cycle[first:] + self.cycle[:first]
 
 
-def find_burst(steps: Sequence[Step], members: Collection[CanId]) -> Burst:
+def find_burst(steps: Sequence[Step], members: Collection[CanId]) -> MessageCycle:
     """Return how `members` follow each other; medians, so that lost and delayed frames do not count."""
     came = Counter(step.after for step in steps)
     rare = tuple(member for member in members if came[member] < USUAL_SHARE * max(came.values()))
     if rare:
-        return Burst(rare=rare)
+        return MessageCycle(rare=rare)
     followers: dict[CanId, Counter[CanId]] = {member: Counter() for member in members}
     for step in steps:
         followers[step.before][step.after] += 1
     usual = {before: after.most_common(1)[0] for before, after in followers.items()}
     if any(times < USUAL_SHARE * followers[before].total() for before, (_, times) in usual.items()):
-        return Burst()
+        return MessageCycle()
     cycle = [next(iter(members))]
     while len(cycle) < len(members) and usual[cycle[-1]][0] not in cycle:
         cycle.append(usual[cycle[-1]][0])
     if len(cycle) < len(members):
-        return Burst()
+        return MessageCycle()
     pairs = zip(cycle, [*cycle[1:], cycle[0]], strict=True)
     gaps = [median(step.gap_ns for step in steps if step[:2] == pair) for pair in pairs]
-    return Burst(tuple(cycle), (), tuple(gaps))
+    return MessageCycle(tuple(cycle), (), tuple(gaps))
 
 
 class EpochOrder:
@@ -113,11 +113,11 @@ class EpochOrder:
         self._resting = 0 if changed or not self.places else REST * CYCLES * len(self._labels)
         return changed
 
-    def look_again(self) -> None:
+    def check_again(self) -> None:
         """Check again at once, because something has changed."""
         self._resting = 0
 
-    def _judge(self, burst: Burst) -> bool:
+    def _judge(self, burst: MessageCycle) -> bool:
         order, self.objection = burst.order, ""
         self.silence_ns = max(burst.gaps_ns) if order else self.silence_ns
         if self._configured:
@@ -149,7 +149,7 @@ class EpochOrder:
             "is silence: write it so, or leave it out"
         )
 
-    def _uncertainty(self, burst: Burst) -> str:
+    def _uncertainty(self, burst: MessageCycle) -> str:
         if burst.rare:
             named = ", ".join(self._labels[can_id] for can_id in burst.rare)
             return f"{named}: more rarely than the others: set all to one rate at the INS, or list it in nav.dbc.held"

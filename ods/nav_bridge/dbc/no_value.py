@@ -26,7 +26,7 @@ SLACK = 1e-3
 """Of the span of a range, at least a count: ends are rounded when they are written down."""
 
 
-class NoValue(NamedTuple):
+class ReservedValues(NamedTuple):
     """What of a signal's raw values is no measurement."""
 
     names: dict[int, str]
@@ -51,7 +51,7 @@ class NoValue(NamedTuple):
         return ""
 
 
-def no_value_of(signal: Signal, *, extended: bool, j1939: bool, any_value: bool = False) -> NoValue:
+def no_value_of(signal: Signal, *, extended: bool, j1939: bool, any_value: bool = False) -> ReservedValues:
     """Return which of a signal's values stand for no measurement.
 
     extended: of a message with such an identifier; j1939: by that protocol; any_value: the DBC's range is not believed.
@@ -60,7 +60,7 @@ def no_value_of(signal: Signal, *, extended: bool, j1939: bool, any_value: bool 
     scale, offset = float(signal.scale), float(signal.offset)
     least, most = (-float("inf"), float("inf")) if any_value else _range(signal, scale, offset)
     reserved_from = _reserved_from(signal, extended=extended, j1939=j1939)
-    return NoValue(names, least, most, reserved_from, signal.unit or "", scale, offset)
+    return ReservedValues(names, least, most, reserved_from, signal.unit or "", scale, offset)
 
 
 def _range(signal: Signal, scale: float, offset: float) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from ods.base.choices import meant, none_of
 from ods.base.clock import NS
 from ods.nav_bridge.can.frame import MAX_DATA_BYTES, CanId
 from ods.nav_bridge.dbc.file import DbcError, DbcText
-from ods.nav_bridge.dbc.no_value import NoValue, no_value_of
+from ods.nav_bridge.dbc.no_value import ReservedValues, no_value_of
 from ods.nav_bridge.dbc.units import conversion
 from ods.nav_bridge.pose_fields import OPTIONAL, UNITS
 from ods.nav_bridge.settings import (
@@ -44,7 +44,7 @@ class Reading:
     signal: str
     scale: float
     offset: float
-    no_value: NoValue
+    no_value: ReservedValues
 
 
 @dataclass(frozen=True)

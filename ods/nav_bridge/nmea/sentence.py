@@ -81,7 +81,7 @@ class Sentence(NamedTuple):
     parts: Sequence[str]
 
 
-def bare(line: bytes) -> bytes:
+def strip_framing(line: bytes) -> bytes:
     """Return the sentence of a line: without a datagram's head and TAG blocks, which show nothing that is used here."""
     line = line.removeprefix(DATAGRAM)
     while line.startswith(TAG):

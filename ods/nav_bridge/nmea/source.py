@@ -98,10 +98,10 @@ class NmeaSource(PoseSource[Line]):
 
     def name_of(self, item: Line) -> str:
         """Return the sentence's name without talker, "?" for a malformed line."""
-        return sentence.name_of(sentence.bare(item.data))[1] or "?"
+        return sentence.name_of(sentence.strip_framing(item.data))[1] or "?"
 
     def _take(self, item: Line) -> Pose | None:
-        line = sentence.bare(item.data)
+        line = sentence.strip_framing(item.data)
         talker, name = sentence.name_of(line)
         if name not in self._fields and name != DATE:
             self._counters["nmea_other" if name else "nmea_damaged"] += 1

@@ -46,11 +46,11 @@ def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
     def find(image: Image, recorded: Recorded) -> Regions:
         middle, _ = background_and_noise(image)
         if middle <= 0.0:
-            return group.nothing(image)
+            return group.no_regions(image)
         divided(image, middle)
         background, noise = background_and_noise(ratio)
         if background <= 0.0:
-            return group.nothing(ratio)
+            return group.no_regions(ratio)
         high = tail.level(ratio, background, noise)
         low = min(background + params.low * max(noise, 0.02 * background), high)
         found = group.regions(ratio, recorded, DetectionLevels(low, high, background))

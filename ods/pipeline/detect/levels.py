@@ -9,7 +9,7 @@ from ods.base.arrays import Image
 from ods.compiled import native
 from ods.pipeline.detect.background.crests import LocalThreshold
 from ods.pipeline.detect.background.noise import background_and_noise
-from ods.pipeline.detect.background.rise import Rise
+from ods.pipeline.detect.background.rise import ThresholdRise
 from ods.pipeline.detect.background.tail import TailQuantile
 from ods.pipeline.detect.regions.grouping import DetectionLevels, Grouping
 from ods.pipeline.fronts.judge import can_be_judged
@@ -63,7 +63,7 @@ def level_detector(
     def find(image: Image, recorded: Recorded) -> Regions:
         background, noise = background_and_noise(image)
         if background <= 0.0:
-            return group.nothing(image)
+            return group.no_regions(image)
         below, above = levels_between(params.levels, low, high, background, noise)
         if params.levels == "false_alarm":
             above = max(tail.level(image, background, noise), background * (1.0 + _LEAST_NOISE))
@@ -79,7 +79,7 @@ def level_detector(
         factors = crests.factors(image, (background, max(noise, _LEAST_NOISE * background)), high)
         ordered = sorted(factors.ravel().tolist())
         rough = fronts and ordered[_ROUGH_QUARTER * len(ordered) // 4] > _ROUGH
-        rise = Rise(background, factors, low_power, low_power if rough else faint, *crests.region)
+        rise = ThresholdRise(background, factors, low_power, low_power if rough else faint, *crests.region)
         runs, total, _, judged, *_ = group.regions(image, recorded, DetectionLevels(below, above, background, rise))
         heard_from = 1.0 + (above / background - 1.0) * median(ordered) ** faint
         if faint >= follow:

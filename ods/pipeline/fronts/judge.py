@@ -22,7 +22,7 @@ APART_RAD = np.radians((2.0 / 3.0, 2.0))
 LEAST_FRONT = 0.12
 """Of `Detection.front`, for weak detections. The tracker sees many images: one that is taken for the bottom now and
 then costs less than a body that is never received."""
-LEAST_TOLD = 1e-6
+MIN_REPORTED = 1e-6
 """Least probability that is reported for a leading edge: 0 stands for an unknown one."""
 
 
@@ -42,7 +42,7 @@ def _beam_strides(fan: Fan) -> Ints:
     return np.maximum(np.rint(fan.beam_width_rad / np.gradient(fan.bearing_rad)), 1.0).astype(np.int64)
 
 
-class Fronts:
+class LeadingEdgeJudge:
     """Judges the echoes of one image of a frame, by windows cut out of the samples of a plane of beams."""
 
     def __init__(self, layout: ImageLayout) -> None:
@@ -77,4 +77,4 @@ class Fronts:
     def of(self, bearing_rad: Floats, near_m: Floats, samples: AnyArray, scale: SampleScale) -> Floats:
         """Return the `front` of echoes, (echoes,): see `windows`."""
         scores = learnt().scores(self.windows(bearing_rad, near_m, samples, scale)).astype(np.float64)
-        return np.maximum(1.0 / (1.0 + np.exp(-scores)), LEAST_TOLD)
+        return np.maximum(1.0 / (1.0 + np.exp(-scores)), MIN_REPORTED)

@@ -15,7 +15,7 @@ Runs = NDArray[np.void]
 """(runs,) of RUN; sorted by region, then beam, then column."""
 
 
-class Judged(NamedTuple):
+class ThresholdedImage(NamedTuple):
     """Values that a detector compared with its levels."""
 
     image: Callable[[], Image]
@@ -33,7 +33,7 @@ class Regions(NamedTuple):
     """Number of regions; they are numbered 1..total without a gap."""
     background: float
     """Level of an image without echoes, above 0: what peak and mean levels are multiples of."""
-    judged: Judged | None = None
+    judged: ThresholdedImage | None = None
     """For pictures only; None: by no levels."""
     faint: Mask | None = None
     """(total,) those that are too weak for the false-alarm rate wanted; None: none is."""
@@ -48,10 +48,10 @@ def shared_at(regions: Regions, column: int) -> tuple[Regions, Regions]:
     """Return the regions that lie before a column that none reaches across, and the others."""
     beyond = np.zeros(regions.total, np.bool_)
     beyond[regions.runs["region"] - 1] = regions.runs["first"] >= column
-    return chosen(regions, ~beyond), chosen(regions, beyond)
+    return select_regions(regions, ~beyond), select_regions(regions, beyond)
 
 
-def chosen(regions: Regions, wanted: Mask) -> Regions:
+def select_regions(regions: Regions, wanted: Mask) -> Regions:
     """Return the wanted regions, (total,), renumbered without a gap."""
     out = np.empty_like(regions.runs)
     runs = out[: native.choose_runs(regions.runs, wanted, out)]

@@ -23,7 +23,7 @@ SHORTEST_S = 0.02
 """The shortest period of pulses that is looked for, s."""
 
 
-class Train(NamedTuple):
+class PulseTrain(NamedTuple):
     """Pulses of one period; times since a fixed instant."""
 
     period_s: float
@@ -66,15 +66,15 @@ class BuriedPulses:
             self._images.clear()
         self._images.append(image)
 
-    def a_period(self, train: Train) -> int:
+    def a_period(self, train: PulseTrain) -> int:
         """Return how many pulses come in the period of a train; 0: no others than its own."""
         return self._ask(train, is_known=False)
 
-    def are_received(self, train: Train) -> bool:
+    def is_received(self, train: PulseTrain) -> bool:
         """Return whether a train's pulses are in the images."""
         return bool(self._ask(train, is_known=True))
 
-    def _ask(self, train: Train, *, is_known: bool) -> int:
+    def _ask(self, train: PulseTrain, *, is_known: bool) -> int:
         ping = self._images[-1].ping
         rows = np.argsort(np.abs(np.array(ping.bearing_rad) - train.bearing_rad))[:BEAMS]
         frames = np.concatenate([image.frame[rows] for image in self._images])

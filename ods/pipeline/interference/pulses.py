@@ -17,7 +17,7 @@ from ods.base.arrays import AnyArray, Floats, Ints, Mask
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Ping, UnseenPart
-from ods.pipeline.interference.buried_pulses import SHORTEST_S, BuriedPulses, Train
+from ods.pipeline.interference.buried_pulses import SHORTEST_S, BuriedPulses, PulseTrain
 from ods.pipeline.measure.echoes import EchoTable
 
 GAP_S = 2.0
@@ -33,7 +33,7 @@ class PulseMemory(NamedTuple):
     pings: Floats
     arrivals: Floats
     trains: Floats
-    """Rows of `Train`."""
+    """Rows of `PulseTrain`."""
     places: Floats
 
 
@@ -61,7 +61,7 @@ class PulseFinder:
         self._found = np.zeros((4, 6))
         self._begun_ns, self._newest_ns = 0, 0
 
-    def sort_out(self, ping: Ping, frame: AnyArray, echoes: EchoTable, faint: EchoTable) -> Pulses:
+    def classify(self, ping: Ping, frame: AnyArray, echoes: EchoTable, faint: EchoTable) -> Pulses:
         """Return which of a ping's echoes are pulses; frame: (beams, samples)."""
         since_s, self._newest_ns = (ping.t_ns - self._newest_ns) / NS, ping.t_ns
         if not 0.0 < since_s < GAP_S or ping.sound_speed <= 0.0:
@@ -75,7 +75,7 @@ class PulseFinder:
         self._buried.add(ping, frame, sent[0])
         found = native.find_pulses(echoes, sent, near_m, far_m, since_s, SHORTEST_S, GAP_S, self._memory, self._found)
         if found or self._memory.counts[1]:
-            self._listen([Train(*row) for row in self._found[:found].tolist()], sent[0])
+            self._listen([PulseTrain(*row) for row in self._found[:found].tolist()], sent[0])
         if not self._memory.counts[1] or not native.mark_pulses(
             echoes, faint, sent, self._memory, pulses.of_echoes, pulses.of_faint
         ):
@@ -86,14 +86,14 @@ class PulseFinder:
         return pulses._replace(parts=parts, why=f"another sonar's pulses, every {periods}")
 
     @property
-    def _trains(self) -> list[Train]:
-        return [Train(*row) for row in self._memory.trains[: self._memory.counts[1]].tolist()]
+    def _trains(self) -> list[PulseTrain]:
+        return [PulseTrain(*row) for row in self._memory.trains[: self._memory.counts[1]].tolist()]
 
-    def _listen(self, found: list[Train], now_s: float) -> None:
+    def _listen(self, found: list[PulseTrain], now_s: float) -> None:
         """Listen for pulses that are buried, of known trains and of those that were found, and keep a train."""
         known = self._trains
         for place, train in enumerate(known):
-            if train.buried > 1.0 and self._buried.are_received(train):
+            if train.buried > 1.0 and self._buried.is_received(train):
                 self._memory.trains[place] = train._replace(received_s=now_s)
         for train in found:
             count = max(self._buried.a_period(train), train.buried)

@@ -25,7 +25,7 @@ BEGIN, END = 0.5, 0.2
 """Shares at which the report of a path begins and ends."""
 
 
-class SecondWays:
+class MultipathDetector:
     """Examines the echoes of successive pings."""
 
     def __init__(self) -> None:

@@ -52,9 +52,9 @@ ROW = Struct("6dq9d?7x5d")
 EchoTable = NDArray[np.void]
 """(regions,) of ECHO."""
 
-LAWS = Path(__file__).parent / "sigmas" / "laws.npz"
+SIGMA_NETWORK = Path(__file__).parent / "sigmas" / "laws.npz"
 """Of the standard deviations of circles (sigmas.h), by `python -m benchmarks.circles.laws`."""
-with np.load(LAWS) as _arrays:
+with np.load(SIGMA_NETWORK) as _arrays:
     _LAWS = tuple(_arrays[name] for name in ("sigmas_hidden", "sigmas_out", "range_hidden", "range_out"))
 NO_ECHOES: EchoTable = np.empty(0, ECHO)
 
@@ -78,7 +78,7 @@ class Wanted(NamedTuple):
     """What is faint has to have a likelier `front`."""
 
 
-def parted(echoes: EchoTable, faint: Mask | None, wanted: Wanted) -> tuple[EchoTable, EchoTable]:
+def split_faint(echoes: EchoTable, faint: Mask | None, wanted: Wanted) -> tuple[EchoTable, EchoTable]:
     """Return the echoes that are wanted, and the faint ones; faint: (echoes,), None: none is."""
     out, counts = np.empty(len(echoes), ECHO), np.empty(2, np.int64)
     marks = np.zeros(len(echoes), np.bool_) if faint is None else faint

@@ -8,7 +8,7 @@ import numpy as np
 from ods.base.arrays import Image
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.gained_image import DoubleBuffer, GainedImage, applied
-from ods.pipeline.stage.configured import ConfiguredStage, blamed
+from ods.pipeline.stage.configured import ConfiguredStage, error_of
 from ods.pipeline.stage.params import NotANumberError
 from ods.pipeline.stage.step import PingContext, StageKind
 from ods.pipeline.stage.watch import RECORDED, StageImage, Watch
@@ -39,7 +39,7 @@ class FilterChain:
                 if check and not np.isfinite(applied(image)).all():
                     raise NotANumberError
             except Exception as error:
-                raise blamed(label, error) from error
+                raise error_of(label, error) from error
             if self._watch:
                 self._watch(StageImage(name, applied(image), self._fan))
         self.buffers.apply(image)

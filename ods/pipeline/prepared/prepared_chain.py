@@ -9,18 +9,18 @@ import numpy as np
 from ods.base.arrays import Image
 from ods.compiled import native
 from ods.messages import Pose
-from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
+from ods.pipeline.fronts.judge import LEAST_FRONT, LeadingEdgeJudge
 from ods.pipeline.image.gained_image import DoubleBuffer
 from ods.pipeline.image.image_layout import ImageLayout, RangeBand
-from ods.pipeline.image.regions import Regions, chosen, shared_at
+from ods.pipeline.image.regions import Regions, select_regions, shared_at
 from ods.pipeline.image.samples.amplitude import SampleScale
-from ods.pipeline.image.samples.recorded import Frame, Recorded, RegionNumbers, paint
-from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, parted
+from ods.pipeline.image.samples.recorded import Frame, Recorded, RegionNumbers, mark_region
+from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, split_faint
 from ods.pipeline.measure.pieces import measure_pieces
 from ods.pipeline.prepared.filter_chain import FilterChain
 from ods.pipeline.prepared.frame_reader import FrameReader
-from ods.pipeline.prepared.speckle import Alive, filtered_speckle
-from ods.pipeline.stage.configured import ConfiguredStage, blamed
+from ods.pipeline.prepared.speckle import KeepAlive, filtered_speckle
+from ods.pipeline.stage.configured import ConfiguredStage, error_of
 from ods.pipeline.stage.params import NotANumberError, StageError
 from ods.pipeline.stage.step import PingContext, PreparedDetector
 from ods.pipeline.stage.watch import StageImage, Watch
@@ -46,7 +46,7 @@ class PreparedChain:
         stages: Sequence[ConfiguredStage],
         learnt_cells: int,
         watch: Watch | None,
-        alive: Alive | None,
+        alive: KeepAlive | None,
     ) -> None:
         """Prepare the stages, of which the last one detects. watch: is shown what each makes. Raises StageError."""
         *filters, last = stages
@@ -54,7 +54,7 @@ class PreparedChain:
         self.phase = layout.phase
         self._layout = layout
         self._reader = FrameReader(layout, buffers)
-        self._fronts = Fronts(layout)
+        self._fronts = LeadingEdgeJudge(layout)
         self._last = last
         self._watch = watch
         self._detector: PreparedDetector = last.prepared(fan)
@@ -69,7 +69,7 @@ class PreparedChain:
     def move_to(self, layout: ImageLayout) -> None:
         """Go on with images of the same columns whose ranges differ a little: echoes are where the layout says."""
         self._layout = layout
-        self._fronts = Fronts(layout)
+        self._fronts = LeadingEdgeJudge(layout)
 
     def detect(self, frame: Frame, ping: PingContext, mask: RegionNumbers | None, before: int) -> Found:
         """Return the detections of these rows and ranges of the frame, and number them in `mask`, from `before` + 1 on.
@@ -114,9 +114,9 @@ class PreparedChain:
             pieces, echoes = measure_pieces(image, inside, recorded, band.fan, head)
             if is_judged:
                 echoes["front"] = self._fronts.of(echoes["bearing_rad"], echoes["near_m"], recorded.samples, scale)
-            strong, weak = parted(echoes, pieces.faint, Wanted(band.from_m, band.to_m, least_front))
+            strong, weak = split_faint(echoes, pieces.faint, Wanted(band.from_m, band.to_m, least_front))
             if mask is not None:
-                paint(_strong(pieces, echoes, band), before, recorded, mask)
+                mark_region(_strong(pieces, echoes, band), before, recorded, mask)
             found.append(strong)
             faint.append(weak)
             before += len(strong)
@@ -131,7 +131,7 @@ class PreparedChain:
         except NotANumberError:
             raise
         except Exception as error:
-            raise blamed(self._last.label, error) from error
+            raise error_of(self._last.label, error) from error
         if self._watch and regions.judged:
             judged, low, high = regions.judged
             self._watch(StageImage(self._last.name, judged().copy(), self._layout.fan, (low, high)))
@@ -144,13 +144,13 @@ class PreparedChain:
             filters.run(self._reader.read(frame).image, ping, check=True)
         except StageError as error:
             return error
-        return blamed(self._last.label, NotANumberError())
+        return error_of(self._last.label, NotANumberError())
 
 
 def _strong(regions: Regions, echoes: EchoTable, band: RangeBand) -> Regions:
     """Return the regions of a band whose echoes count and are not faint."""
     strong = (echoes["range_m"] >= band.from_m) & (echoes["range_m"] < band.to_m)
-    return chosen(regions, strong if regions.faint is None else strong & ~regions.faint)
+    return select_regions(regions, strong if regions.faint is None else strong & ~regions.faint)
 
 
 def _by_band(regions: Regions, bands: list[RangeBand]) -> list[tuple[RangeBand, Regions]]:

@@ -16,7 +16,7 @@ _LEARNT_IMAGES = 2
 _TEXTURES = 65_536
 """Values of the texture that are drawn once for each kind: a gamma variate takes as long as ten cells of speckle."""
 
-Alive = Callable[[], object]
+KeepAlive = Callable[[], object]
 """Called during long work, so that the process does not count as hung."""
 
 
@@ -44,7 +44,7 @@ KINDS = (
 
 
 def filtered_speckle(
-    filters: FilterChain, stride: int, cells: int, alive: Alive | None = None
+    filters: FilterChain, stride: int, cells: int, alive: KeepAlive | None = None
 ) -> Iterator[Iterator[Image]]:
     """Yield for each kind of speckle what filters make of images of it, no two alike; each is soon reused.
 
@@ -56,12 +56,12 @@ def filtered_speckle(
     begin = 0
     for kind in KINDS:
         stop = begin + (images if begin else max(images, FIRST_IMAGES))
-        yield _filtered(filters, stride, drawn(kind, rng), range(begin, stop), alive)
+        yield _filtered(filters, stride, speckle_generator(kind, rng), range(begin, stop), alive)
         begin = stop
 
 
 def _filtered(
-    filters: FilterChain, stride: int, draw: Callable[[Image], None], numbers: range, alive: Alive | None
+    filters: FilterChain, stride: int, draw: Callable[[Image], None], numbers: range, alive: KeepAlive | None
 ) -> Iterator[Image]:
     buffers = filters.buffers
     beams, columns = buffers.back.shape
@@ -78,7 +78,7 @@ def _filtered(
         yield filters.run(buffers.flip(), PingContext(number, None))
 
 
-def drawn(kind: Speckle, rng: np.random.Generator) -> Callable[[Image], None]:
+def speckle_generator(kind: Speckle, rng: np.random.Generator) -> Callable[[Image], None]:
     """Return what fills an image (beams, samples) with intensities of mean 1, others at each call."""
     if kind.correlated > 1:
         return lambda out: _draw_correlated(kind.correlated, rng, out)

@@ -33,7 +33,7 @@ class ConfiguredStage(NamedTuple):
         try:
             return self.stage.prepare(self.params, fan)
         except Exception as error:
-            raise blamed(self.label, error) from error
+            raise error_of(self.label, error) from error
 
 
 def stage_names() -> list[str]:
@@ -63,6 +63,6 @@ def configured_stages(settings: PipelineSettings) -> list[ConfiguredStage]:
     return stages
 
 
-def blamed(label: str, error: Exception) -> StageError:
+def error_of(label: str, error: Exception) -> StageError:
     """Return the complaint about whatever a stage raised, which may be anybody's code."""
     return StageError(f"{label}: {reason(error)}")

@@ -44,7 +44,7 @@ def probabilistic(question: Question) -> Assignment:
     return Assignment(pairs, Echoes(table), explained)
 
 
-def shares(hypotheses: Hypotheses, objects: int, echoes: int) -> tuple[Floats, Floats]:
+def association_probabilities(hypotheses: Hypotheses, objects: int, echoes: int) -> tuple[Floats, Floats]:
     """Return (p,) the probability of each pair, and (p,) that its echo is of no other object."""
     share, free = np.empty((2, len(hypotheses.score)))
     native.jpda_shares(hypotheses.plain(), objects, echoes, share, free)

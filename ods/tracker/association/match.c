@@ -69,7 +69,7 @@ static Together seen_in_parts(const Image *image, const Hypotheses *pairs, const
     return put_together(&parts, echoes, image->bodies.n);
 }
 
-/* Objects seen and what they are seen by: see `Shown` of match.py. */
+/* Objects seen and what they are seen by: see `ExplainedEchoes` of match.py. */
 typedef struct {
     int64_t *objects;
     double *llr, *off_centre;
@@ -156,8 +156,8 @@ static void fill_free(bool *is_free, int64_t m, const Hypotheses *pairs, const b
 /* Says what is seen of n objects, as wholes or only in parts, and which of m echoes nobody explains: see `match.shown`.
 
    assigned, explained: of the `Assignment` of these pairs; per_m2: of `ClutterDensity`. Fills in the fields of
-   `Shown`, as many numbers as `counts` says: of objects shown, the table (12, k) from its first number on, and of
-   unexplained echoes. Returns false for pairs of no objects or echoes. */
+   `ExplainedEchoes`, as many numbers as `counts` says: of objects shown, the table (12, k) from its first number on,
+   and of unexplained echoes. Returns false for pairs of no objects or echoes. */
 KERNEL_BOOL(
     match_shown, HYPOTHESES
     ", f8[12,p] assigned, b1[m] explained, f8[12,m] echo_table, f8[m] per_m2, f8[8,n] predicted, "

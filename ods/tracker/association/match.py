@@ -12,7 +12,7 @@ from ods.tracker.association.hypotheses.clutter import Clutter, ClutterDensity
 from ods.tracker.association.hypotheses.gating import Detectability
 from ods.tracker.association.registry import Association
 from ods.tracker.existence.evidence import ScanEvidence
-from ods.tracker.measurement.coverage.cut_off import NOT_MEASURED, nothing_twice
+from ods.tracker.measurement.coverage.cut_off import NOT_MEASURED, limit_information
 from ods.tracker.measurement.coverage.field_of_view import FieldOfView
 from ods.tracker.measurement.model import PositionMeasurement, position_measurement
 from ods.tracker.measurement.scan import Echoes, Scan
@@ -42,7 +42,7 @@ class ScanMatch(NamedTuple):
     """(m,) echoes that no confirmed object explains."""
 
 
-class Shown(NamedTuple):
+class ExplainedEchoes(NamedTuple):
     """What an image of m echoes shows of n objects: k of them are seen, as a whole or only in parts."""
 
     objects: Indices
@@ -90,7 +90,7 @@ def match_scan(
 
 def shown(
     question: Question, assignment: Assignment, view: FieldOfView, density: ClutterDensity, chance: Detectability
-) -> Shown:
+) -> ExplainedEchoes:
     """Return what is seen of the objects. Raises IndexError.
 
     Echoes that are left and lie inside the circle of a confirmed object are parts of it. Their middle is what such an
@@ -110,15 +110,17 @@ def shown(
         raise IndexError("an association's pair has an index beyond the objects or echoes")
     k, left = counts.tolist()
     echoes = Echoes(table.ravel()[: len(table) * k].reshape(len(table), k))
-    return Shown(objects[:k], echoes, off_centre[:k], unexplained[:left], hit, Named(ScanEvidence, evidence), free)
+    return ExplainedEchoes(
+        objects[:k], echoes, off_centre[:k], unexplained[:left], hit, Named(ScanEvidence, evidence), free
+    )
 
 
-def _measured(shown: Shown, prediction: ScanPrediction, half_vertical: float) -> PositionMeasurement:
+def _measured(shown: ExplainedEchoes, prediction: ScanPrediction, half_vertical: float) -> PositionMeasurement:
     """Return where the objects were seen."""
     predicted = prediction.measurement.table.take(shown.objects, axis=1)
     echoes, seen, estimate = shown.echoes, shown.objects, prediction.estimate
     if echoes.rows.cut.any():
-        echoes = nothing_twice(echoes, predicted, estimate.radius[seen], estimate.radius_variance[seen])
+        echoes = limit_information(echoes, predicted, estimate.radius[seen], estimate.radius_variance[seen])
     found = position_measurement(echoes, prediction.vehicle, half_vertical, predicted)
     off_centre = shown.off_centre
     if not off_centre.any():

@@ -12,8 +12,8 @@ from ods.compiled import native
 from ods.messages import Clearance, Detections, Obstacle, ObstacleList, PoseAt
 from ods.tracker.clearance.fan_mask import Extent, extents_of, fan_mask
 from ods.tracker.clearance.free_grid import FreeGrid, Head
-from ods.tracker.clearance.sectors import Bodies, clear_water, nearest_body
-from ods.tracker.measurement.coverage.looked import looked_of
+from ods.tracker.clearance.sectors import OccupiedSectors, clear_water, nearest_edge
+from ods.tracker.measurement.coverage.looked import observed_ranges_of
 from ods.tracker.settings import MARGIN_SIGMAS, ClearanceSettings
 
 FAR_TURN_S = 5.0
@@ -50,7 +50,7 @@ class ClearanceKeeper:
         turn = self._turn_until_received(head, shown)
         if not shown.usable:
             return
-        looked = looked_of(shown)
+        looked = observed_ranges_of(shown)
         if looked is not None:
             self._grid.look_through(shown.t_ns / NS, sector, looked, head, turn)
             return
@@ -76,12 +76,12 @@ class ClearanceKeeper:
         to_m, from_m = np.zeros(n), np.zeros(n)
         if self._grid is not None:
             from_m, to_m = clear_water(self._grid.free(obstacles.t_ns / NS), self._grid.cell_m, n)
-            to_m = np.minimum(to_m, nearest_body(bodies, n, MARGIN_SIGMAS))
+            to_m = np.minimum(to_m, nearest_edge(bodies, n, MARGIN_SIGMAS))
             if obstacles.left_out:
                 to_m = np.minimum(to_m, max(bodies.distance_m, default=0.0))
             nothing = to_m <= from_m
             from_m[nothing] = to_m[nothing] = 0.0
-        nearest = nearest_body(bodies, n).tolist()
+        nearest = nearest_edge(bodies, n).tolist()
         return Clearance(
             seq=obstacles.seq,
             ping_number=obstacles.ping_number,
@@ -100,16 +100,16 @@ class ClearanceKeeper:
         )
 
 
-def _bodies(obstacles: ObstacleList, echoes: list[Extent]) -> Bodies:
+def _bodies(obstacles: ObstacleList, echoes: list[Extent]) -> OccupiedSectors:
     """Return the obstacles of a list and the echoes of its ping, as seen from the vehicle; none without its pose."""
     if obstacles.pose is None:
-        return Bodies(*np.zeros((4, 0)))
+        return OccupiedSectors(*np.zeros((4, 0)))
     place = obstacles.pose.position_ned
     found = np.array([_of_obstacle(each, place) for each in obstacles.obstacles if each.state != "terminated"])
     bodies = found.reshape(-1, 4).T
     if obstacles.head is not None:
         bodies = np.hstack([bodies, _of_echoes(echoes, obstacles.head, place)])
-    return Bodies(*np.ascontiguousarray(bodies))
+    return OccupiedSectors(*np.ascontiguousarray(bodies))
 
 
 _Body = tuple[float, float, float, float]

@@ -15,7 +15,7 @@ from ods.compiled import native
 from ods.messages import Sector
 from ods.tracker.clearance.fan_mask import FanMask
 from ods.tracker.clearance.volume_mask import LayerSeen, layer_seen
-from ods.tracker.measurement.coverage.looked import Looked
+from ods.tracker.measurement.coverage.looked import ObservedRanges
 from ods.tracker.settings import ClearanceSettings
 
 REACH = 80
@@ -99,7 +99,7 @@ class FreeGrid:
         cells = self._around(mask.sector, head)
         self._keep(t_s, cells, self._layer(cells, head).in_fan(mask, self._settings.half_height_m), swept=swept)
 
-    def look_through(self, t_s: float, sector: Sector, looked: Looked, head: Head, turn_rad: float) -> None:
+    def look_through(self, t_s: float, sector: Sector, looked: ObservedRanges, head: Head, turn_rad: float) -> None:
         """Take in what a range image at `t_s` showed; turn_rad: see `layer_seen`."""
         if self._middle is None:
             return

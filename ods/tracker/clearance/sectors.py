@@ -18,7 +18,7 @@ SHORTEST = 3
 """Rings."""
 
 
-class Bodies(NamedTuple):
+class OccupiedSectors(NamedTuple):
     """(m,) each, of what is known to be there."""
 
     azimuth: Floats
@@ -59,13 +59,13 @@ def clear_water(free: Mask, cell_m: float, sectors: int) -> Clear:
     return Clear(np.where(nothing, 0.0, from_m), np.where(nothing, 0.0, to_m))
 
 
-def nearest_body(bodies: Bodies, sectors: int, sigmas: float = 0.0) -> Floats:
+def nearest_edge(bodies: OccupiedSectors, sectors: int, sigmas: float = 0.0) -> Floats:
     """Return (n,) distances to the nearest edge in each sector, less a number of standard deviations, 0 at least.
 
     Infinite where there is none.
     """
     nearest = np.empty(sectors)
-    native.nearest_body(bodies, sigmas, nearest)
+    native.nearest_edge(bodies, sigmas, nearest)
     return nearest
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Mask
 from ods.messages import Sector
-from ods.tracker.measurement.coverage.looked import Looked
+from ods.tracker.measurement.coverage.looked import ObservedRanges
 
 NOISE_M = 0.1
 """Distance, m, by which an echo may be nearer than its range."""
@@ -25,7 +25,12 @@ class LayerSeen(NamedTuple):
 
 
 def layer_seen(
-    sector: Sector, looked: Looked, places: tuple[Floats, Floats, Floats], half_m: float, cell_m: float, turn_rad: float
+    sector: Sector,
+    looked: ObservedRanges,
+    places: tuple[Floats, Floats, Floats],
+    half_m: float,
+    cell_m: float,
+    turn_rad: float,
 ) -> LayerSeen:
     """Return what a ping showed at `places`, forward, starboard and down of the head, of a layer of +- `half_m` there.
 
@@ -51,7 +56,7 @@ def layer_seen(
 
 
 def _nearest_and_room(
-    looked: Looked, bearing: Floats, farthest: Floats, across: Floats, layer: tuple[Floats, Floats]
+    looked: ObservedRanges, bearing: Floats, farthest: Floats, across: Floats, layer: tuple[Floats, Floats]
 ) -> tuple[Floats, Floats]:
     """Return the nearest echo at the layer's elevations, and the height from it to what is not seen to be empty, m."""
     count = looked.clear_m.shape[1]

@@ -13,13 +13,13 @@ from ods.tracker.common_error.sightings import EAST, LATENCY, NORTH, SCALE, TURN
 
 FEWEST = 3
 """Least number of objects; two may both be moving."""
-OWN_WAY = 2.0
+OUTLIER_RATIO = 2.0
 """An object goes its own way, and is left out, if the others alone leave a mean square less by this ratio."""
 SIGNIFICANT = 5.0
 """Standard deviations from which on an error is certain,"""
 SURELY = 3.0
 """and by which it must be over its limit."""
-LEFT = 6.0
+MAX_RESIDUAL = 6.0
 """Mean square of what an explanation may leave, in units of what the echoes claim."""
 STEPS = 3
 """Number of times that a large angle is fitted again: then it is within a percent."""
@@ -93,7 +93,7 @@ class Finding(NamedTuple):
     def holds(self) -> bool:
         """It is certain."""
         certain = self.cause.most > abs(self.value) > max(self.cause.least, SIGNIFICANT * self.sigma)
-        return certain and self.fit.left < LEFT
+        return certain and self.fit.left < MAX_RESIDUAL
 
     @property
     def worth(self) -> float:
@@ -137,7 +137,7 @@ DRIFT = Cause((NORTH, EAST), (), 0.1, math.inf, math.inf, _drift)
 """Movers alike may be a convoy, or buoys in a current."""
 NO_CONVOY = 0.5
 """The limit, m/s, where the poses themselves are doubtful."""
-FAR_OFF = Cause((YAW, SCALE), (), 0.9, 1.0, math.inf, _far_off)
+LARGE_ERROR = Cause((YAW, SCALE), (), 0.9, 1.0, math.inf, _far_off)
 """A heading and a scale of any size. Only a heading off by more than 60 degrees, or a range in another unit, makes what
 is static faster than the vehicle."""
 FASTEST_TURN = math.radians(0.5)
@@ -149,12 +149,12 @@ SLOW_TURN = Cause((TURN,), (YAW,), math.radians(0.05), FASTEST_TURN, FASTEST_TUR
 """By a small angle, which itself is as an error of the yaw."""
 WRONG_YAW = Cause((YAW,), (), math.radians(0.5), math.radians(5.0), LARGEST_ANGLE, _yaw)
 """A larger one is far off."""
-WRONG_SCALE = Cause((SCALE,), (), 0.005, 0.05, FAR_OFF.least, _scale)
+WRONG_SCALE = Cause((SCALE,), (), 0.005, 0.05, LARGE_ERROR.least, _scale)
 CONVOY_SCALE = 0.12
 """On one course a larger error of the ranges is as a convoy; one of a tenth is estimated to be less."""
 LATE_POSES = Cause((LATENCY,), (), 0.02, 0.3, 0.6, _latency)
 FAST = (FAST_TURN, DRIFT)
-SLOW = (SLOW_TURN, DRIFT, FAR_OFF, WRONG_YAW, WRONG_SCALE, LATE_POSES)
+SLOW = (SLOW_TURN, DRIFT, LARGE_ERROR, WRONG_YAW, WRONG_SCALE, LATE_POSES)
 OFFSETS = YAW, SCALE, LATENCY
 """Columns of errors by which a place is off now; of the others only their rates are known."""
 
@@ -193,7 +193,7 @@ def _fitted(reduced: Reduced, cause: Cause) -> Finding | None:
         if found is None or len(reduced.freedom) <= FEWEST + 1:
             break
         best = int(found.left_without.argmin())
-        if found.left < OWN_WAY * max(1.0, float(found.left_without[best])):
+        if found.left < OUTLIER_RATIO * max(1.0, float(found.left_without[best])):
             break
         reduced = reduced.without(best)
         found = fit(reduced, cause.judged + cause.beside)

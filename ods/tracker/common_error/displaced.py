@@ -53,7 +53,7 @@ TURNED, MIRRORED = "bearings, or the heading, have changed by {:+.1f} deg", "por
 LONGER, SCALED = "ranges have changed by {:+.1f} m", "ranges have changed by {:+.1%}"
 
 
-class _Look(NamedTuple):
+class _Observation(NamedTuple):
     """What a snapshot says of an object."""
 
     times_seen: int
@@ -75,7 +75,7 @@ class _Place(NamedTuple):
 class _Object:
     """A static object, where it was in the last pings that should have shown it, and which of them did."""
 
-    look: _Look
+    look: _Observation
     place: _Place
     places: deque[_Place] = field(default_factory=lambda: deque(maxlen=2 * PINGS))
     hits: deque[bool] = field(default_factory=lambda: deque(maxlen=2 * PINGS))
@@ -95,7 +95,7 @@ class _Object:
         """Return whether it was steady, and the later pings did not see it."""
         return self.was_steady and sum(islice(reversed(self.hits), PINGS)) <= GONE
 
-    def take_in(self, look: _Look, vehicle: Vehicle) -> None:
+    def take_in(self, look: _Observation, vehicle: Vehicle) -> None:
         """Take in what a ping showed of it."""
         hit = look.times_seen > self.look.times_seen
         self.place = _Place(look.position, vehicle if hit else self.place.head)
@@ -211,7 +211,9 @@ class DisplacedObjects:
     def _count(self, snapshot: Snapshot, scan: Scan, vehicle: Vehicle) -> None:
         """Note which objects were seen, of those that should have been, and forget those in other places."""
         columns = snapshot.id, snapshot.times_seen, snapshot.unseen_s, snapshot.position[:2].T
-        listed = {number: _Look(*rest) for number, *rest in zip(*(each.tolist() for each in columns), strict=True)}
+        listed = {
+            number: _Observation(*rest) for number, *rest in zip(*(each.tolist() for each in columns), strict=True)
+        }
         for number, each in list(self._objects.items()):
             each.take_in(listed.get(number, each.look), vehicle)
             if not _should_be_seen(each.place, scan, vehicle):

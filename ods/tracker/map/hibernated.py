@@ -1,7 +1,8 @@
 """Hibernated objects: kept out of the filters until the sonar observes their positions again.
 
 Their places are in an R-tree. What it finds around the vehicle is kept, and the R-tree is queried again only when the
-vehicle has moved on by `SKIN_M` (the neighbour list of molecular dynamics, after Verlet) or an object came or went.
+vehicle has moved on by `QUERY_MARGIN_M` (the neighbour list of molecular dynamics, after Verlet) or an object came or
+went.
 """
 
 import sqlite3
@@ -17,7 +18,7 @@ from ods.tracker.map.pending import PendingChanges
 from ods.tracker.map.schema import INSIDE, PLACE_TABLE, square_around
 from ods.tracker.restart.state import MapChanges
 
-SKIN_M = 20.0
+QUERY_MARGIN_M = 20.0
 """Distance that the vehicle may move before the R-tree is queried again, m."""
 
 
@@ -117,7 +118,7 @@ class HibernatedObjects:
     def places(self, centre: Floats, distance: float) -> tuple[Ints, Floats]:
         """Return ids (k,) and north-east positions (2, k) of the objects not farther than `distance` from (2,)."""
         if not np.hypot(*(centre - self._near_centre)) + distance <= self._near_reach:
-            self._look_around(centre, distance + SKIN_M)
+            self._look_around(centre, distance + QUERY_MARGIN_M)
         close = np.hypot(*(self._near_places - centre[:, None])) <= distance
         return self._near_ids[close], self._near_places[:, close]
 

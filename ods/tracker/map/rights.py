@@ -6,7 +6,7 @@ from pathlib import Path
 from ods.base.files.ownership import READ_ONLY, name_of, why_not_writable
 
 
-def hindrance(path: Path) -> str:
+def missing_permission(path: Path) -> str:
     """Return what this user may not write of the map at `path`, why and what repairs that; empty: nothing."""
     files = [path, *(path.with_name(path.name + ending) for ending in ("-wal", "-shm"))]
     for place, needed, target in (

@@ -14,7 +14,7 @@ from pathlib import Path
 from ods.base.errors import OdsError, reason_of
 from ods.base.files.in_file import MOST_BYTES, opened
 from ods.tracker.map.map_object import MapObject
-from ods.tracker.map.rights import hindrance
+from ods.tracker.map.rights import missing_permission
 from ods.tracker.map.schema import INSIDE, SCHEMA_VERSION, bring_up_to_date, square_around, version_of
 from ods.tracker.map.trust import MOST_OBJECTS, check_schema, lift_time_limit, mission_of, object_of, set_bounds
 from ods.tracker.restart.ids import PROVISIONAL_IDS
@@ -107,7 +107,7 @@ def open_map(path: Path, latitude_deg: float, longitude_deg: float) -> MapStore:
     """
     with _errors_named(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        if reason := hindrance(path):
+        if reason := missing_permission(path):
             raise ValueError(reason)
         db = sqlite3.connect(path, timeout=LOCK_WAIT_S, isolation_level=None)
     with _errors_named(path, db):

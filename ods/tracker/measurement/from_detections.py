@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from ods.messages import Detection, Detections
 from ods.pose.buffer import PoseEstimate
-from ods.tracker.measurement.coverage.looked import looked_of
-from ods.tracker.measurement.planes import one_a_body
+from ods.tracker.measurement.coverage.looked import observed_ranges_of
+from ods.tracker.measurement.planes import merge_planes
 from ods.tracker.measurement.pose import motion_during_reception
 from ods.tracker.measurement.scan import Scan, echo_table_of, echoes_of, not_swept_of, unseen_of, vehicle_at
 
@@ -33,7 +33,7 @@ def received(
     """
     echoes, dropped = echoes_of(echo_table_of(_all_echoes(message)))
     if message.sector.plane_half_rad > 0.0:
-        echoes = one_a_body(echoes, message.sector.plane_half_rad)
+        echoes = merge_planes(echoes, message.sector.plane_half_rad)
     vehicle, fan_turn, at_rest = None, 0.0, False
     if sent is not None:
         seen_from = sent
@@ -54,7 +54,7 @@ def received(
         message.processed_ranges_m,
         fan_turn,
         unseen_of(message.unseen),
-        looked_of(message),
+        observed_ranges_of(message),
         skipped_pings,
         not_swept_of(message.unseen),
     )

@@ -13,7 +13,7 @@ SIDE_LOBE_DB = 15.0
 """Level, dB, below which a second plane's echo may have come through side lobes, so that it shows no elevation."""
 
 
-def one_a_body(echoes: Echoes, plane_half_rad: float) -> Echoes:
+def merge_planes(echoes: Echoes, plane_half_rad: float) -> Echoes:
     """Return the echoes of one ping, each with its plane's half opening, and one where planes agree on a body.
 
     It is the loudest one, as all have the same errors of the same ping, with the largest radius. Its elevation is the
@@ -22,5 +22,5 @@ def one_a_body(echoes: Echoes, plane_half_rad: float) -> Echoes:
     """
     made, kept = echoes.table.copy(), np.empty(len(echoes), np.bool_)
     loudest_first = np.argsort(-echoes.rows.strength, kind="stable")
-    native.one_a_body(echoes.table, loudest_first, plane_half_rad, SIDE_LOBE_DB, made, kept)
+    native.merge_planes(echoes.table, loudest_first, plane_half_rad, SIDE_LOBE_DB, made, kept)
     return Echoes(made).take(kept.nonzero()[0])

@@ -10,7 +10,7 @@ import numpy as np
 from ods.base.arrays import Floats, Indices
 from ods.base.frames.geometry import rotation_matrix
 from ods.messages import Detection, Sector, UnseenPart, UnseenWhy
-from ods.tracker.measurement.coverage.looked import Looked
+from ods.tracker.measurement.coverage.looked import ObservedRanges
 from ods.tracker.named import Named
 
 NO_NOISE = np.zeros(3)
@@ -165,7 +165,7 @@ class Scan:
     """By how much the fan turns to starboard while an echo comes from a metre farther, rad/m."""
     unseen: Floats = field(default_factory=nothing_unseen)
     """(k, 4) parts of the sector that the ping could not show: least and largest bearing, rad, and range, m."""
-    looked: Looked | None = None
+    looked: ObservedRanges | None = None
     """How far the ping saw in each direction; None: it has no range image."""
     skipped_pings: int = 0
     """Pings since the scan before whose images were not looked at: they missed nothing."""

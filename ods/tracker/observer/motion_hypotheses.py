@@ -22,15 +22,15 @@ ESTABLISHED = math.log(STATIC) - math.log1p(-STATIC)
 """Log-odds beyond which it is decided whether an object moves."""
 KNOWN_SPEED = 0.4
 """nor is there when its velocity, if it moves, is known to this share of what a new object's is,"""
-CREEPING = 0.1
+SLOWEST_MOTION = 0.1
 """and one that might move, but no faster than this share (root mean square), rests: such a motion is mostly made by
 chance, or by what pings share, of one that rests."""
 
-DISPROVED = -5.0
+STATIC_RESTART_ODDS = -5.0
 """Log-odds at which the static hypothesis restarts where the moving one is now."""
-REOPENED = -DISPROVED
+REOPENED = -STATIC_RESTART_ODDS
 """Log-odds of the earlier decision when an object is seen again."""
-PROVED = 8.0
+MAX_STATIC_ODDS = 8.0
 """Largest log-odds, so that an object that starts to move is recognized in time."""
 LEAST_VARIANCE = 1e-12
 
@@ -148,7 +148,7 @@ class StaticOrMovingObserver:
         native.in_fan(table, rows, measured.position[2], measured.half_height, heights)
         learned = self._horizontal.update(rows, measured, since_s, Named(Heights, heights)).table
         seen = measured.radius, measured.radius_variance, measured.pose_variance
-        limits, disproved = (LEAST_VARIANCE, DISPROVED, PROVED), np.empty(len(rows), np.intp)
+        limits, disproved = (LEAST_VARIANCE, STATIC_RESTART_ODDS, MAX_STATIC_ODDS), np.empty(len(rows), np.intp)
         given = self._settings.change_rate, limits
         count = native.common_update(table, rows, seen, heights, learned, since_s, given, disproved)
         if count:
@@ -161,7 +161,7 @@ class StaticOrMovingObserver:
         odds, unit = self._table.rows.odds, self._settings.velocity_sigma**2
         velocity, variance = (moment[:, rows] for moment in self._horizontal.velocity())
         established = np.abs(odds[rows]) >= ESTABLISHED
-        creeping = (velocity**2 + variance).sum(axis=0) <= CREEPING**2 * unit
+        creeping = (velocity**2 + variance).sum(axis=0) <= SLOWEST_MOTION**2 * unit
         rests = creeping | (odds[rows] >= 0.0)
         decided = established | (variance.max(axis=0) <= KNOWN_SPEED**2 * unit)
         odds[rows[decided]] = np.where(rests[decided], np.inf, -np.inf)
@@ -190,10 +190,10 @@ class StaticOrMovingObserver:
         """Let `heirs` inherit what is settled of `old`, the same objects: those that rest do so where they did."""
         odds = self._table.rows.odds
         moved = heirs[odds[old] == -math.inf]
-        odds[moved] = np.maximum(odds[moved] - REOPENED, DISPROVED)
+        odds[moved] = np.maximum(odds[moved] - REOPENED, STATIC_RESTART_ODDS)
         rest = odds[old] == math.inf
         heirs, old = heirs[rest], old[rest]
-        odds[heirs] = np.minimum(odds[heirs] + REOPENED, PROVED)
+        odds[heirs] = np.minimum(odds[heirs] + REOPENED, MAX_STATIC_ODDS)
         self._horizontal.join(heirs, old)
 
     def tables(self) -> list[TrackTable[Any]]:

@@ -4,7 +4,7 @@
 
 /* ---------------------------------------------------------------- means over images */
 
-/* `Known` in a signature: fourteen arguments; (n,) each. */
+/* `OutlineTable` in a signature: fourteen arguments; (n,) each. */
 #define KNOWN                                                                                                           \
     "out f8[n] sights, out f8[n] unseen_s, out f8[n] near, out f8[n] near_variance, out f8[n] near_claim, "             \
     "out f8[n] along_claim, out f8[n] radius_claim, out f8[n] north, out f8[n] east, out f8[n] north_north, "           \
@@ -15,7 +15,7 @@ typedef struct {
     double *means[7]; /* from `north` on */
 } Known;
 
-/* Returns the `Known` of the first fourteen arguments. */
+/* Returns the `OutlineTable` of the first fourteen arguments. */
 static Known known_from(const Argument *arguments)
 {
     return (Known){ARRAY(double, 0), ARRAY(double, 1), ARRAY(double, 2), ARRAY(double, 3),
@@ -113,7 +113,7 @@ typedef struct {
 } Strip;
 _Static_assert(sizeof(Strip) == 5 * sizeof(double), "as in f8[n,5]");
 
-/* What makes an object elongated: `LEAST_SIGHTS` and the like of outlines.py. */
+/* What makes an object elongated: `MIN_IMAGES` and the like of outlines.py. */
 typedef struct {
     double least_sights, from_m, ratio, length_error;
 } Elongation;

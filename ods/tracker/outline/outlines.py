@@ -17,7 +17,7 @@ from ods.compiled import native
 from ods.messages import Obstacle, Outline
 from ods.pose.buffer import PoseEstimate
 from ods.tracker.outline.owners import Extents, owners_of
-from ods.tracker.outline.seen import Seen
+from ods.tracker.outline.seen import GlobalEchoes
 from ods.tracker.output.snapshot import Snapshot
 
 NEWEST_SHARE = 0.1
@@ -36,7 +36,7 @@ LIKELY = 0.9
 """From this probability on an object has an outline."""
 TOO_SMALL = 2.0
 """A circle as deep as a wall that is seen aslant is too small by up to this factor: what is more is another echo."""
-LEAST_SIGHTS = 3
+MIN_IMAGES = 3
 """Number of images that an outline needs."""
 LENGTH_ERROR = 0.05
 """Standard deviation of a length that no number of images takes away, as a part of it: ends that do not shine."""
@@ -44,7 +44,7 @@ LENGTH_ERROR = 0.05
 FloatsT = TypeVar("FloatsT", float, Floats)
 
 
-class Known(NamedTuple, Generic[FloatsT]):
+class OutlineTable(NamedTuple, Generic[FloatsT]):
     """Outlines of objects: numbers, or (n,) arrays."""
 
     sights: FloatsT
@@ -74,8 +74,8 @@ class Known(NamedTuple, Generic[FloatsT]):
     """of their squares, m^2."""
 
 
-FIELDS = len(Known._fields)
-FIRST_MEAN = Known._fields.index("north")
+FIELDS = len(OutlineTable._fields)
+FIRST_MEAN = OutlineTable._fields.index("north")
 
 
 class Outlines:
@@ -88,19 +88,19 @@ class Outlines:
         self._head = np.zeros(3)
 
     @property
-    def _known(self) -> Known[Floats]:
+    def _known(self) -> OutlineTable[Floats]:
         """Views."""
-        return Known(*self._table)
+        return OutlineTable(*self._table)
 
-    def look(self, snapshot: Snapshot, seen: Seen, head: PoseEstimate, utc_ns: int) -> None:
+    def look(self, snapshot: Snapshot, seen: GlobalEchoes, head: PoseEstimate, utc_ns: int) -> None:
         """Take in the echoes of an image at `utc_ns`: those of the objects that were seen in it show their outlines."""
         self._follow(snapshot, head)
         known = self._known
-        owner = owners_of(snapshot, seen, Extents(known.sights >= LEAST_SIGHTS, *known[FIRST_MEAN:-2]), utc_ns)
+        owner = owners_of(snapshot, seen, Extents(known.sights >= MIN_IMAGES, *known[FIRST_MEAN:-2]), utc_ns)
         position = np.ascontiguousarray(snapshot.position)
         native.take_outlines(known, position, seen, owner, NEWEST_SHARE, EDGE_KEPT_S)
         self._strips = np.empty((len(snapshot), len(_Strip._fields)))
-        native.strips_of(known, LEAST_SIGHTS, ELONGATED_M, ELONGATED, LENGTH_ERROR, self._strips)
+        native.strips_of(known, MIN_IMAGES, ELONGATED_M, ELONGATED, LENGTH_ERROR, self._strips)
 
     def covering(self, snapshot: Snapshot) -> Snapshot:
         """Return the objects with circles that cover their outlines, where they have one, and with common errors.
@@ -129,7 +129,7 @@ class Outlines:
         return [
             obstacle
             if (row := rows.get(obstacle.id)) is None
-            else _outlined(obstacle, Known(*known[row]), _Strip(*strips[row]), is_of_image)
+            else _outlined(obstacle, OutlineTable(*known[row]), _Strip(*strips[row]), is_of_image)
             for obstacle in obstacles
         ]
 
@@ -141,7 +141,7 @@ class Outlines:
         table = np.zeros((FIELDS, len(ids)))
         kept = [k for k, each in enumerate(ids) if each in old]
         table[:, kept] = self._table[:, [old[ids[k]] for k in kept]]
-        known: Known[Floats] = Known(*table)
+        known: OutlineTable[Floats] = OutlineTable(*table)
         away = snapshot.position - head.position_ned[:, None]
         sight = away / np.maximum(np.linalg.norm(away, axis=0), 1e-3)
         known.near[:] += dt * ((snapshot.velocity - head.velocity_ned[:, None]) * sight).sum(axis=0)
@@ -151,7 +151,7 @@ class Outlines:
         self._ids, self._table, self._t_ns, self._head = snapshot.id.copy(), table, head.t_ns, head.position_ned
 
 
-def _outlined(obstacle: Obstacle, known: Known[float], strip: "_Strip", is_of_image: bool) -> Obstacle:
+def _outlined(obstacle: Obstacle, known: OutlineTable[float], strip: "_Strip", is_of_image: bool) -> Obstacle:
     near_m = sigma_near_m = outline = None
     if is_of_image and known.sights and known.unseen_s <= EDGE_KEPT_S:
         near_m, sigma_near_m = known.near, math.sqrt(known.near_variance + COMMON_ERROR**2 * known.near_claim)

@@ -10,8 +10,9 @@ _Static_assert(TAKEN == 12, "as in see_outlines");
 
 typedef double TurnRow[3];
 
-/* Sets `Seen` of seen.py to echoes as a head at `position`, turned by `turned` to the global frame, sees them that moves
-   by `velocity` and turns by `fan_turn` rad/m while they come. `sound_speed`: infinite where all come at once. */
+/* Sets `GlobalEchoes` of seen.py to echoes as a head at `position`, turned by `turned` to the global frame, sees them
+   that moves by `velocity` and turns by `fan_turn` rad/m while they come. `sound_speed`: infinite where all come at
+   once. */
 KERNEL(see_outlines, "f8[m,12] echoes, f8[3] position, f8[3,3] turned, f8[3] velocity, float fan_turn, float sound_speed, "
                      "out f8[m,2] place, out f8[m] radius, out f8[m] sigma, out f8[m] near, out f8[m] sigma_near, "
                      "out f8[m] sigma_along, out f8[m] sigma_radius, out f8[m,2,2] extent, out f8[m] length")
@@ -87,7 +88,7 @@ static double misfit(const Objects *objects, int64_t i, const Seen *seen, int64_
 }
 
 /* Sets `owner` to the object that each echo is of, -1: none. Objects: `live`, `extended`, four arrays of `Snapshot`, and
-   five of `Known`. */
+   five of `OutlineTable`. */
 KERNEL(owners_of, "b1[n] live, b1[n] extended, f8[3,n] position, f8[3,n] sigma_position, f8[n] radius, f8[n] sigma_radius, "
                   "f8[n] north, f8[n] east, f8[n] north_north, f8[n] north_east, f8[n] east_east, " SEEN ", "
                   "float axes, float sigmas, float m, out i8[m] owner")

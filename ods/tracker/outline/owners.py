@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Ints, Mask
 from ods.compiled import native
-from ods.tracker.outline.seen import Seen
+from ods.tracker.outline.seen import GlobalEchoes
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import MARGIN_SIGMAS
 
@@ -31,7 +31,7 @@ class Extents(NamedTuple):
     east_east: Floats
 
 
-def owners_of(snapshot: Snapshot, seen: Seen, known: Extents, utc_ns: int) -> Ints:
+def owners_of(snapshot: Snapshot, seen: GlobalEchoes, known: Extents, utc_ns: int) -> Ints:
     """Return (m,) the objects seen at `utc_ns` that the echoes are of, each of one at most; -1: of none."""
     owner = np.empty(len(seen.near), np.int64)
     circles = snapshot.position, snapshot.sigma_position, snapshot.radius, snapshot.sigma_radius

@@ -1,4 +1,4 @@
-/* The echoes of a ping in the global frame: `Seen` of seen.py. */
+/* The echoes of a ping in the global frame: `GlobalEchoes` of seen.py. */
 
 #ifndef ODS_SEEN_H
 #define ODS_SEEN_H
@@ -8,7 +8,7 @@
 typedef double Pair[2];
 typedef double Moments[2][2];
 
-/* `Seen` in a signature: nine arguments. */
+/* `GlobalEchoes` in a signature: nine arguments. */
 #define SEEN                                                                                                            \
     "f8[m,2] place, f8[m] radius, f8[m] sigma, f8[m] near, f8[m] sigma_near, f8[m] sigma_along, f8[m] sigma_radius, "   \
     "f8[m,2,2] extent, f8[m] length"

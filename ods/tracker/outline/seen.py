@@ -13,7 +13,7 @@ from ods.messages import Detection
 from ods.pose.buffer import PoseEstimate
 
 
-class Seen(NamedTuple):
+class GlobalEchoes(NamedTuple):
     """m echoes: (m,) each, or as said."""
 
     place: Floats
@@ -36,7 +36,7 @@ class Seen(NamedTuple):
     """Half its length, m."""
 
 
-def seen_from(head: PoseEstimate, echoes: Sequence[Detection], fan_turn: float, sound_speed: float) -> Seen:
+def seen_from(head: PoseEstimate, echoes: Sequence[Detection], fan_turn: float, sound_speed: float) -> GlobalEchoes:
     """Return the echoes as `head`, the sonar's pose at transmission, would have measured them.
 
     fan_turn: how much the fan turns to starboard while an echo comes from a metre farther, rad/m. An echo from r was
@@ -55,7 +55,7 @@ def seen_from(head: PoseEstimate, echoes: Sequence[Detection], fan_turn: float, 
     ).reshape(-1, 12)  # fmt: skip
     m = len(columns)
     place, extent, (*numbers, length) = np.empty((m, 2)), np.empty((m, 2, 2)), np.empty((7, m))
-    seen = Seen._make([place, *numbers, extent, length])
+    seen = GlobalEchoes._make([place, *numbers, extent, length])
     pose = head.position_ned, rotation_matrix(head.attitude), head.velocity_ned
     native.see_outlines(columns, pose, fan_turn, sound_speed or math.inf, seen)
     return seen

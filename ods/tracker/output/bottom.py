@@ -20,7 +20,7 @@ class Bottom(NamedTuple):
     """Standard deviation of its depth below the vehicle."""
 
 
-class Stand(NamedTuple):
+class HeightAboveBottom(NamedTuple):
     """Heights of n objects above the bottom: (n,) each."""
 
     height_m: Floats
@@ -38,7 +38,7 @@ def bottom_below(vehicle: PoseEstimate | None) -> Bottom | None:
     return Bottom(vehicle.position_ned + np.array([0.0, 0.0, vehicle.altitude_m]), vehicle.sigma_altitude_m)
 
 
-def stand_of(snapshot: Snapshot, bottom: Bottom, settings: BottomSettings) -> Stand:
+def heights_above_bottom(snapshot: Snapshot, bottom: Bottom, settings: BottomSettings) -> HeightAboveBottom:
     """Return how the objects stand, given that nothing is below the bottom."""
     away = np.hypot(*(snapshot.position[:2] - bottom.place[:2, None]))
     height = bottom.place[2] - snapshot.position[2]
@@ -46,11 +46,11 @@ def stand_of(snapshot: Snapshot, bottom: Bottom, settings: BottomSettings) -> St
     sigma = np.sqrt(snapshot.sigma_position[2] ** 2 + bottom.sigma_m**2 + slope**2 + settings.roughness_m**2)
     probability = np.empty(len(snapshot))
     native.reach_no_higher(height, sigma, settings.clearance_m, probability)
-    return Stand(height, sigma, probability)
+    return HeightAboveBottom(height, sigma, probability)
 
 
-def may_be_hit(snapshot: Snapshot, bottom: Bottom | None, settings: BottomSettings) -> Mask:
+def is_reportable(snapshot: Snapshot, bottom: Bottom | None, settings: BottomSettings) -> Mask:
     """Return (n,) bool: objects that the settings let the planner receive; all of them where the bottom is unknown."""
     if bottom is None or settings.list == "all":
         return np.ones(len(snapshot), bool)
-    return np.asarray(1.0 - stand_of(snapshot, bottom, settings).bottom >= settings.risk)
+    return np.asarray(1.0 - heights_above_bottom(snapshot, bottom, settings).bottom >= settings.risk)

@@ -10,7 +10,7 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.messages import ClosestApproach, Obstacle, Prediction, TrackState
 from ods.tracker.existence import lifecycle
-from ods.tracker.output.bottom import Bottom, stand_of
+from ods.tracker.output.bottom import Bottom, heights_above_bottom
 from ods.tracker.output.closest_approach import Course, closest_approach
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.restart.state import Announced
@@ -98,7 +98,7 @@ class ObstacleLister:
         if bottom is None:
             unknown: list[None] = [None] * len(snapshot)
             return [0.0] * len(snapshot), unknown, unknown
-        stand = stand_of(snapshot, bottom, self._bottom)
+        stand = heights_above_bottom(snapshot, bottom, self._bottom)
         return stand.bottom.tolist(), stand.height_m.tolist(), stand.sigma_m.tolist()
 
     def _predictions(self, snapshot: Snapshot) -> Iterable[list[Prediction]]:

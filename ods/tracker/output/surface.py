@@ -40,7 +40,7 @@ next one. Where waves are, or one object runs and as many as waves may run alike
 for its velocity: the edge of the fan shows a wave that runs along it at one position."""
 WAITS_FROM_M = 20.0
 """Range, m, below which it does not wait."""
-RESTS = 0.9
+STATIC_PROBABILITY = 0.9
 """Probability from which on an object counts as static; a wave at the edge of the fan seems to be up to 0.89."""
 
 
@@ -76,7 +76,7 @@ class WaveFilter:
             return high
         distance = np.hypot(*(snapshot.position[:2] - view.head.position_ned[:2, None]))
         alike = self._alike(snapshot, high & runs(snapshot), view.utc_ns)
-        unknown = high & ~runs(snapshot) & (vague(snapshot) | (snapshot.static < RESTS))
+        unknown = high & ~runs(snapshot) & (has_vague_velocity(snapshot) | (snapshot.static < STATIC_PROBABILITY))
         if self._velocity is not None or (alike.any() and is_field(snapshot.take(alike | unknown))):
             self._count(snapshot.id[young & (alike | unknown) & (distance > WAITS_FROM_M)], view.utc_ns)
         if self._velocity is not None:
@@ -129,10 +129,12 @@ def is_field(snapshot: Snapshot) -> bool:
 
 def runs(snapshot: Snapshot) -> Mask:
     """Return (n,) bool: objects that move with a known velocity."""
-    return np.asarray(~vague(snapshot) & (snapshot.static < REST) & (snapshot.state != lifecycle.HIBERNATED))
+    return np.asarray(
+        ~has_vague_velocity(snapshot) & (snapshot.static < REST) & (snapshot.state != lifecycle.HIBERNATED)
+    )
 
 
-def vague(snapshot: Snapshot) -> Mask:
+def has_vague_velocity(snapshot: Snapshot) -> Mask:
     """Return (n,) bool: objects whose velocity is too uncertain to show anything."""
     return np.asarray(snapshot.sigma_velocity[:2].max(axis=0, initial=0.0) >= VAGUE)
 

@@ -25,7 +25,7 @@ SHARE = 20
 all, these are written again, to a file of their own."""
 
 
-class Mission(msgspec.Struct, frozen=True):
+class MissionState(msgspec.Struct, frozen=True):
     """State of a tracker at work."""
 
     tracker: TrackerState
@@ -55,12 +55,12 @@ class Checkpoint(msgspec.Struct, frozen=True):
     """CLOCK_MONOTONIC."""
     next_id: int
     base: int
-    """Which file of the map's objects `Mission.map_changes` go with; 0: none."""
-    mission: Mission | None
+    """Which file of the map's objects `MissionState.map_changes` go with; 0: none."""
+    mission: MissionState | None
     """None: it has ended."""
 
 
-class Base(msgspec.Struct, frozen=True):
+class MapSnapshot(msgspec.Struct, frozen=True):
     """The content of the other: the objects that belonged in the map when it was written."""
 
     number: int
@@ -76,7 +76,7 @@ class PreviousState(NamedTuple):
     """There was a former tracker, and the ids that it used are unknown."""
     same: bool = False
     """It had the same version and settings."""
-    mission: Mission | None = None
+    mission: MissionState | None = None
     """State to restore; None: it had other settings, or is too old."""
     known: list[MapObject] = []  # noqa: RUF012
     """Its objects that belong in the map."""
@@ -125,13 +125,13 @@ class Checkpoints:
         if not number:
             return []
         try:
-            base = _decoded(self._base_files[number % 2], Base)
+            base = _decoded(self._base_files[number % 2], MapSnapshot)
         except (StateFileError, *UNDECODABLE) as error:
             self._complain("checkpoint_unusable", f"objects of the map are those of its file: {error}")
             return []
         return base.objects if base is not None and base.number == number else []
 
-    def write(self, t_ns: int, next_id: int, mission: Mission | None) -> None:
+    def write(self, t_ns: int, next_id: int, mission: MissionState | None) -> None:
         """Leave this to the next tracker. Raises OSError."""
         checkpoint = Checkpoint(self._digest, t_ns, next_id, self._base, mission)
         self._writer.write(self._file, self._encoder.encode(checkpoint))
@@ -143,7 +143,7 @@ class Checkpoints:
     def write_base(self, objects: list[MapObject]) -> None:
         """Leave the map's objects; later checkpoints carry the changes to them. Raises OSError."""
         number = self._newest_base + 1
-        self._writer.write(self._base_files[number % 2], self._encoder.encode(Base(number, objects)))
+        self._writer.write(self._base_files[number % 2], self._encoder.encode(MapSnapshot(number, objects)))
         self._base = self._newest_base = number
         self._base_size = len(objects)
 

@@ -19,7 +19,7 @@ from ods.tracker.observer.belief import Belief, Estimate
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.restart.state import TracksState
 
-EVEN = 0.5
+MAP_CLUTTER_SHARE = 0.5
 """Share of clutter by which an object of the map is judged."""
 
 
@@ -160,7 +160,7 @@ class Tracks:
         new.unwatched[:] = 0
         exists.visible[:] = exists.first_visible[:] = [o.existence for o in objects]
         exists.nothing[:] = 1.0 - exists.visible
-        exists.clutter_share[:] = EVEN
+        exists.clutter_share[:] = MAP_CLUTTER_SHARE
         self._observer.recall(
             np.array([o.position for o in objects]).T.copy(),
             variance,

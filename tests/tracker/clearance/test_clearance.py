@@ -16,7 +16,7 @@ from ods.messages import Clearance, Detection, Detections, Obstacle, ObstacleLis
 from ods.tracker.clearance.clearance import ClearanceKeeper
 from ods.tracker.clearance.fan_mask import BEARINGS, RANGES, FanMask
 from ods.tracker.clearance.free_grid import REACH, ROOM, SIDE, Layer, cells_from_others
-from ods.tracker.clearance.sectors import BLUR, Bodies, _bins, clear_water, nearest_body
+from ods.tracker.clearance.sectors import BLUR, OccupiedSectors, _bins, clear_water, nearest_edge
 from ods.tracker.settings import ClearanceSettings
 
 N = 72
@@ -395,5 +395,5 @@ def test_the_nearest_body_of_a_sector_is_the_one_that_reaches_into_it() -> None:
     middle = (np.arange(N) + 0.5) * 2.0 * np.pi / N
     off = np.abs((middle[:, None] - azimuth + np.pi) % (2.0 * np.pi) - np.pi)
     away = np.where(off <= half + np.pi / N, np.maximum(distance - 2.0 * sigma, 0.0), np.inf).min(axis=1)
-    np.testing.assert_allclose(nearest_body(Bodies(azimuth, half, distance, sigma), N, 2.0), away)
-    assert np.isinf(nearest_body(Bodies(*np.zeros((4, 0))), N)).all()
+    np.testing.assert_allclose(nearest_edge(OccupiedSectors(azimuth, half, distance, sigma), N, 2.0), away)
+    assert np.isinf(nearest_edge(OccupiedSectors(*np.zeros((4, 0))), N)).all()

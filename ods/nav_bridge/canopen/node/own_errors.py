@@ -30,7 +30,7 @@ class Fault(IntEnum):
     """Another node sends with this node's id."""
 
 
-class OwnErrors:
+class NodeErrors:
     """Reports every fault once when it comes, and code 0 when all are over. Messages are `inhibit_ns` apart at
     least."""
 

@@ -11,7 +11,7 @@ from ods.nav_bridge.can.frame import EMCY, HEARTBEAT, NMT, SDO_ANSWER, SDO_REQUE
 from ods.nav_bridge.canopen.eds import EdsError, read_dictionary
 from ods.nav_bridge.canopen.ins_monitor import InsMonitor
 from ods.nav_bridge.canopen.node.loop_network import LoopNetwork
-from ods.nav_bridge.canopen.node.own_errors import Fault, OwnErrors
+from ods.nav_bridge.canopen.node.own_errors import Fault, NodeErrors
 from ods.nav_bridge.canopen.node.own_objects import OwnObjects
 from ods.nav_bridge.canopen.recent import DuplicateNode
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
@@ -42,7 +42,7 @@ class OwnNode:
         """Evidence of another node with this node's id."""
         self._counters, self._monitor = counters, monitor
         self._send = send
-        self._errors = OwnErrors(lambda data: send(EMCY + settings.node_id, data), round(settings.emcy_inhibit_s * NS))
+        self._errors = NodeErrors(lambda data: send(EMCY + settings.node_id, data), round(settings.emcy_inhibit_s * NS))
         self._heartbeat_ms = round(settings.heartbeat_period_s * 1000.0)
         self._heartbeat_timeout_ns = monitor.timeout_ns
         self._sync_period_ns = round(settings.sync_period_s * NS)

@@ -12,8 +12,8 @@ from ods import __version__
 from ods.base.clock import MS
 from ods.nav_bridge.can.frame import SYNC
 from ods.nav_bridge.canopen.ins_monitor import InsMonitor
-from ods.nav_bridge.canopen.node.own_errors import OwnErrors
-from ods.nav_bridge.canopen.object_map import Where
+from ods.nav_bridge.canopen.node.own_errors import NodeErrors
+from ods.nav_bridge.canopen.object_map import ObjectAddress
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
 
 ERROR_REGISTER, ERROR_HISTORY, CONSUMER_HEARTBEAT, COUNTER_VALUES = 0x1001, 0x1003, 0x1016, 0x2000
@@ -32,12 +32,12 @@ class OwnObjects:
         nav: NavSettings,
         settings: CanopenSettings,
         monitor: InsMonitor,
-        errors: OwnErrors,
+        errors: NodeErrors,
         counters: Counter[str],
     ) -> None:
         self._monitor, self._errors, self._counters = monitor, errors, counters
         self._ins_node_id = settings.ins_node_id
-        self._constants: dict[Where, int | str] = {
+        self._constants: dict[ObjectAddress, int | str] = {
             (0x1005, 0): SYNC | (PRODUCES_SYNC if settings.sync_period_s else 0),
             (0x1006, 0): round(settings.sync_period_s * 1e6),
             (0x1009, 0): platform.machine(),

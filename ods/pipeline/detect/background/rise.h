@@ -1,4 +1,4 @@
-/* Levels that rise with the crests of the background around a place (`Rise` of rise.py). */
+/* Levels that rise with the crests of the background around a place (`ThresholdRise` of rise.py). */
 
 #ifndef ODS_RISE_H
 #define ODS_RISE_H

@@ -7,7 +7,7 @@ import numpy as np
 from ods.base.arrays import Floats, Image
 
 
-class Rise(NamedTuple):
+class ThresholdRise(NamedTuple):
     """Rise of the levels: their part above the background is multiplied by a power of a factor that depends on the
     position."""
 
@@ -24,12 +24,12 @@ class Rise(NamedTuple):
     """likewise; the last row and column of places reach to the image's border."""
 
     @classmethod
-    def none(cls) -> "Rise":
+    def none(cls) -> "ThresholdRise":
         """Return one that leaves all levels as they are."""
         return cls(0.0, np.empty((0, 0)), 0.0, 0.0, 1, 1)
 
 
-def levelled(image: Image, rise: Rise) -> Image:
+def levelled(image: Image, rise: ThresholdRise) -> Image:
     """Return image (beams, samples) with what is over the background divided as the low level rises.
 
     The same array is returned where it rises nowhere.

@@ -7,10 +7,10 @@ import numpy as np
 
 from ods.base.arrays import Image, Mask
 from ods.compiled import native
-from ods.pipeline.detect.background.rise import Rise, levelled
+from ods.pipeline.detect.background.rise import ThresholdRise, levelled
 from ods.pipeline.detect.regions.split import split_regions
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.regions import RUN, Judged, Regions, Runs
+from ods.pipeline.image.regions import RUN, Regions, Runs, ThresholdedImage
 from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.stage.params import GroupParams, NotANumberError
 
@@ -21,7 +21,7 @@ class DetectionLevels(NamedTuple):
     low: float
     high: float
     background: float
-    rise: Rise = Rise.none()
+    rise: ThresholdRise = ThresholdRise.none()
 
 
 class GrowingRule(NamedTuple):
@@ -36,7 +36,7 @@ class GrowingRule(NamedTuple):
     smallest: int
     largest: int
     """Cells of a region."""
-    rise: Rise = Rise.none()
+    rise: ThresholdRise = ThresholdRise.none()
     """Of both levels."""
 
 
@@ -69,7 +69,7 @@ class Grouping:
         self._visited = np.zeros(fan.shape, np.bool_)
         self._wanted = _size_test(params, fan)
 
-    def nothing(self, image: Image) -> Regions:
+    def no_regions(self, image: Image) -> Regions:
         """Return the regions of image (beams, samples), which shows nothing. Raises NotANumberError."""
         if not np.isfinite(image).all():
             raise NotANumberError
@@ -87,7 +87,7 @@ class Grouping:
             runs, count = of_size(runs, self._wanted)
         if count and (params.border > 1.0 or params.strongest < 1.0):
             runs, count = self._strong(image, recorded, (runs, count), levels)
-        return Regions(runs, count, background, Judged(lambda: levelled(image, rise), low, high))
+        return Regions(runs, count, background, ThresholdedImage(lambda: levelled(image, rise), low, high))
 
     def _strong(
         self, image: Image, recorded: Recorded, found: tuple[Runs, int], levels: DetectionLevels

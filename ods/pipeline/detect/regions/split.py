@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Image
 from ods.compiled import native
-from ods.pipeline.detect.background.rise import Rise
+from ods.pipeline.detect.background.rise import ThresholdRise
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.regions import RUN, Runs, sorted_runs
 
@@ -37,7 +37,7 @@ def _cores(image: Image, runs: Runs, level: float, smallest: int) -> list[tuple[
     for b, first, stop, _ in runs.tolist():
         crop[b - beam, first - column : stop - column] = image[b, first:stop]
     found = np.empty(crop.size, RUN)
-    rule = (level, level, 1, smallest, crop.size, Rise.none())
+    rule = (level, level, 1, smallest, crop.size, ThresholdRise.none())
     found = found[: native.find_regions(crop, rule, found, np.zeros(crop.shape, np.bool_))]
     cores = []
     for k in np.unique(found["region"]):

@@ -10,7 +10,7 @@ DRAWN = 16_384
 """Numbers of each kind that are drawn once; every beam of every ping begins at another place among them."""
 
 
-class Drawn(NamedTuple):
+class FillNoise(NamedTuple):
     """Random numbers."""
 
     speckle: Floats32
@@ -20,8 +20,8 @@ class Drawn(NamedTuple):
     (S. P. Lipshitz, R. A. Wannamaker, J. Vanderkooy, J. Audio Eng. Soc. 40(5), 1992)."""
 
 
-def draw() -> Drawn:
+def draw() -> FillNoise:
     """Return the numbers, always the same ones."""
     rng = np.random.Generator(np.random.SFC64(1))
     speckle = rng.rayleigh(np.sqrt(2.0 / np.pi), DRAWN)
-    return Drawn(speckle.astype(np.float32), (rng.random(DRAWN) - rng.random(DRAWN)).astype(np.float32))
+    return FillNoise(speckle.astype(np.float32), (rng.random(DRAWN) - rng.random(DRAWN)).astype(np.float32))

@@ -37,7 +37,7 @@ class Recorded(NamedTuple):
     """(beams, samples) those that hold no data; `ALL_DATA` if all do."""
 
 
-def paint(regions: Regions, before: int, recorded: Recorded, numbers: RegionNumbers) -> None:
+def mark_region(regions: Regions, before: int, recorded: Recorded, numbers: RegionNumbers) -> None:
     """Write `before` + the region's number to the samples that a region was found in; the others, and those without
     data, stay as they are."""
     for beam, first, stop, region in regions.runs.tolist():
@@ -46,7 +46,7 @@ def paint(regions: Regions, before: int, recorded: Recorded, numbers: RegionNumb
         numbers[beam, begin:end][held] = before + region
 
 
-def unpaint(numbers: RegionNumbers, gone: Mask) -> None:
+def unmark_regions(numbers: RegionNumbers, gone: Mask) -> None:
     """Take the regions that are gone, (regions,), out of (beams, samples) numbers; the others are renumbered."""
     stay = np.concatenate(([True], ~gone))
     numbers[:] = np.where(stay, np.cumsum(stay) - 1, 0)[numbers]

@@ -8,7 +8,7 @@ NOT_MEASURED = 1e8
 """Variance of what was not measured, m^2."""
 
 
-def nothing_twice(echoes: Echoes, predicted: Floats, radius: Floats, radius_variance: Floats) -> Echoes:
+def limit_information(echoes: Echoes, predicted: Floats, radius: Floats, radius_variance: Floats) -> Echoes:
     """Return k echoes, those cut off with noise by which none betters what is known beyond its own error.
 
     `predicted`: (8, k), the table of `PredictedMeasurement`, of the objects that the echoes are of; radius, m, and its
@@ -16,5 +16,5 @@ def nothing_twice(echoes: Echoes, predicted: Floats, radius: Floats, radius_vari
     middle.
     """
     table = echoes.table.copy()
-    native.nothing_twice(table, predicted, radius, radius_variance, NOT_MEASURED)
+    native.limit_information(table, predicted, radius, radius_variance, NOT_MEASURED)
     return Echoes(table)

@@ -9,7 +9,7 @@ import numpy as np
 from ods.base.arrays import Floats, Mask
 from ods.compiled import native
 from ods.messages import Sector
-from ods.tracker.measurement.coverage.looked import Looked
+from ods.tracker.measurement.coverage.looked import ObservedRanges
 from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.scan import SMALLEST_SIGMA, Vehicle, nothing_unseen
 from ods.tracker.named import Named
@@ -84,7 +84,9 @@ def field_of_view(
     return FieldOfView(inside, probability, skipped, unshown, watched)
 
 
-def hidden_by(seen: FieldOfView, looked: Looked, predicted: Named[PredictedMeasurement], radius: Floats) -> FieldOfView:
+def hidden_by(
+    seen: FieldOfView, looked: ObservedRanges, predicted: Named[PredictedMeasurement], radius: Floats
+) -> FieldOfView:
     """Return what the sonar sees, but for what is hidden behind a nearer echo in its direction, and its height."""
     table = predicted.rows
     margin_m = radius + MARGIN_SIGMAS * np.sqrt(table.along) + BEHIND_M
@@ -98,7 +100,9 @@ def hidden_by(seen: FieldOfView, looked: Looked, predicted: Named[PredictedMeasu
     )
 
 
-def look_elsewhere(seen: FieldOfView, predicted: Named[PredictedMeasurement], turn: float, not_swept: Floats) -> None:
+def exclude_not_swept(
+    seen: FieldOfView, predicted: Named[PredictedMeasurement], turn: float, not_swept: Floats
+) -> None:
     """Take from what is seen the objects whose middle a mechanically scanned head did not come by, `Scan.not_swept`.
 
     What the ping observed is given by middles, so an object's width does not count here; that its middle may be

@@ -9,7 +9,7 @@ from ods.base.arrays import Floats, Indices, Mask
 from ods.messages import Detections
 
 
-class Looked(NamedTuple):
+class ObservedRanges(NamedTuple):
     """Cells of equal angles, in the frame of the sonar's head."""
 
     clear_m: Floats
@@ -31,7 +31,7 @@ class Looked(NamedTuple):
         return np.asarray(self.nearest(bearing, elevation) < range_m - margin_m)
 
 
-def looked_of(message: Detections) -> Looked | None:
+def observed_ranges_of(message: Detections) -> ObservedRanges | None:
     """Return what a ping saw; None if that is not reported, or invalid."""
     volume, sector = message.looked_volume, message.sector
     if volume is None or len(volume.clear_m) != 4 * volume.bearings * volume.elevations:
@@ -41,7 +41,7 @@ def looked_of(message: Detections) -> Looked | None:
     elevations = volume.elevation_min_rad, volume.elevation_max_rad
     if not (bearings[0] < bearings[1] and elevations[0] < elevations[1] and math.isfinite(float(clear_m.sum()))):
         return None
-    return Looked(clear_m, bearings, elevations)
+    return ObservedRanges(clear_m, bearings, elevations)
 
 
 def _cell(angle: Floats, borders: tuple[float, float], count: int) -> Indices:

@@ -6,8 +6,9 @@
 /* Largest correlation of two errors that is kept. */
 #define MOST_ALIKE (1.0 - 1e-9)
 
-/* All that is known of n objects: the rows of `IndependentState`, (2, n) each, north and east, of `Together`, (n,) each,
-   and the derivatives, (2, UNSEEN, STATE, n). Place and variance are those by hypothesis RESTING, then by MOVING. */
+/* All that is known of n objects: the rows of `IndependentState`, (2, n) each, north and east, of `CrossCovariances`,
+   (n,) each, and the derivatives, (2, UNSEEN, STATE, n). Place and variance are those by hypothesis RESTING, then by
+   MOVING. */
 typedef struct {
     double *place[2], *variance[2], *velocity, *slope, *residual;
     double *both[2], *north_velocity, *east_velocity, *velocities;

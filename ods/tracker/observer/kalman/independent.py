@@ -42,7 +42,7 @@ class IndependentState(NamedTuple):
     residual: Floats
 
 
-class Together(NamedTuple):
+class CrossCovariances(NamedTuple):
     """Covariances of north and east of n objects: (n,) each."""
 
     place: Floats
@@ -63,7 +63,7 @@ class IndependentAxes:
     def __init__(self, settings: MotionSettings) -> None:
         self._settings = settings
         self._table = TrackTable(IndependentState, (len(IndependentState._fields), 2))
-        self._together = TrackTable(Together, (len(Together._fields),))
+        self._together = TrackTable(CrossCovariances, (len(CrossCovariances._fields),))
         self._unseen = TrackTable(each, (2, UNSEEN, STATE))
 
     def predict(self, dt: float) -> None:
