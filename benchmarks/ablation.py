@@ -136,7 +136,7 @@ MECHANISMS = {
     "scans of a sonar at rest": Mechanism((partial(patch.object, evidence, "WEIGHT_AT_REST", 1.0),)),
     "learned share": Mechanism((_model(many=1.0, share_tracks=1e9),)),
     "clutter by place and radius": Mechanism((partial(patch.object, Clutter, "density", _even),)),
-    "limits of cut-off echoes": Mechanism((partial(patch.object, match, "nothing_twice", lambda echoes, *_: echoes),)),
+    "limits of cut-off echoes": Mechanism((partial(patch.object, match, "limit_information", lambda echoes, *_: echoes),)),
     "stitching": Mechanism((partial(patch.object, stitching, "stitch", _no_pairs),)),
     "births at start": Mechanism((partial(patch.object, tracker, "FIRST_SCANS", 0),)),
     "bottom": Mechanism(settings={"bottom": {"list": "all"}}),

@@ -60,7 +60,7 @@ KERNEL(clear_rings, "b1[:] free, i4[pairs] cell, i4[pairs] bin, int rings, int s
 
 /* Sets `nearest` to the distance of the nearest body in each sector, less a number of standard deviations, 0 at least;
    infinite where there is none. Bodies: `OccupiedSectors` of sectors.py, at azimuths from -PI to PI. */
-KERNEL(nearest_body, "f8[bodies] azimuth, f8[bodies] half_width, f8[bodies] distance_m, f8[bodies] sigma_m, float sigmas, "
+KERNEL(nearest_edge, "f8[bodies] azimuth, f8[bodies] half_width, f8[bodies] distance_m, f8[bodies] sigma_m, float sigmas, "
                      "out f8[sectors] nearest")
 {
     const double *azimuth = ARRAY(const double, 0), *half_width = ARRAY(const double, 1);

@@ -17,7 +17,7 @@ static bool is_same_body(EchoRows echoes, int64_t i, int64_t j, double reach)
 
 /* Puts the echoes of each body together, in `made`, which is a copy of `table`: what is left of them is `kept`. The
    loudest first: `order`. `side_lobe_db`: see planes.py. */
-KERNEL(one_a_body,
+KERNEL(merge_planes,
        "f8[12,m] table, i8[m] order, float plane_half_rad, float side_lobe_db, out f8[12,m] made, out b1[m] kept")
 {
     const int64_t m = SIZE(0, 1), *order = ARRAY(int64_t, 1);

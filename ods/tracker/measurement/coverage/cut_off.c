@@ -18,7 +18,7 @@ static double beyond(double shared, double known, double nothing)
 
    `predicted`: of the objects that the echoes are of; radius, m, and its variance as they are known. What is seen of a
    body lies inside its circle: so far at most off its middle. */
-KERNEL(nothing_twice, "out f8[12,k] table, f8[8,k] predicted, f8[k] radius, f8[k] radius_variance, "
+KERNEL(limit_information, "out f8[12,k] table, f8[8,k] predicted, f8[k] radius, f8[k] radius_variance, "
                       "float not_measured")
 {
     const int64_t count = SIZE(0, 1);
