@@ -11,7 +11,7 @@ from ods.base.clock import NS
 from ods.base.files.shipped import shipped_file
 from ods.messages import ObstacleList
 from ods.offline.mission import Mission, MissionSettings
-from ods.pipeline.measure.pieces import LARGEST_M
+from ods.pipeline.measure.pieces import SIDE_M
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.echo.surface.settings import Surface
 from ods.sim_sonar.scene.settings import Plane, VehiclePath
@@ -97,6 +97,6 @@ def test_the_nearest_point_of_a_wall_is_covered_and_what_lies_before_it_is_free(
         assert each.pose is not None
         north, east, _ = each.pose.position_ned
         from_m, place = min((math.hypot(n - north, e - east), (n, e)) for n, e in places)
-        assert from_m - nearest_m(each) < LARGEST_M
+        assert from_m - nearest_m(each) < SIDE_M
         edges = [math.dist(place, o.position_ned[:2]) - o.radius_m for o in each.obstacles]
         assert min(edges) < 1.0

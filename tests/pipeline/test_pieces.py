@@ -13,7 +13,7 @@ from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.regions import RUN, Regions
 from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.measure.echoes import EchoTable
-from ods.pipeline.measure.pieces import LARGEST_M, LARGEST_PATCH_M, measure_pieces
+from ods.pipeline.measure.pieces import LARGEST_M, SIDE_M, measure_pieces
 
 FAN = Fan(np.radians(np.linspace(-44.25, 44.25, 60)), np.full(60, np.radians(1.5)), 600, 10.0, 0.1, 0.05)
 MIDDLE_NE = (40.0, 3.0)
@@ -71,7 +71,7 @@ def test_the_pieces_of_a_wall_cover_it_and_reach_no_farther_than_they_are_large(
     away = places_ne(AHEAD)[cells][:, None] - centres_ne(echoes, AHEAD)
     assert (np.hypot(away[..., 0], away[..., 1]) - echoes["radius_m"]).min(axis=1).max() < 0.7
     assert len(echoes) > 4
-    assert echoes["radius_m"].max() < LARGEST_M + 0.5
+    assert echoes["radius_m"].max() < SIDE_M / math.sqrt(2.0) + 0.5
 
 
 def test_each_cell_is_of_one_piece_which_lies_in_one_square_of_the_world() -> None:
@@ -79,7 +79,7 @@ def test_each_cell_is_of_one_piece_which_lies_in_one_square_of_the_world() -> No
     small[40:42, 100:110] = True
     bodies = [wall(head, 15.0, 70.0), small]
     regions, _ = cut(bodies, head)
-    square = np.floor(places_ne(head) / (math.sqrt(2.0) * LARGEST_M))
+    square = np.floor(places_ne(head) / SIDE_M)
     number = np.zeros(FAN.shape, np.int64)
     for beam, first, stop, region in regions.runs.tolist():
         assert not number[beam, first:stop].any()
@@ -98,14 +98,14 @@ def test_each_cell_is_of_one_piece_which_lies_in_one_square_of_the_world() -> No
 
 def test_the_pieces_stay_where_they_are_as_the_sonar_moves_and_turns() -> None:
     moved = head_at(6.0, -3.0, 12.0)
-    before, after = (centres_ne(cut([wall(head, 8.0, 80.0)], head)[1], head) for head in (AHEAD, moved))
+    before, after = (centres_ne(cut([wall(head, 1.2 * LARGEST_M, 80.0)], head)[1], head) for head in (AHEAD, moved))
     assert len(before) == len(after)
     away = before[:, None] - after
     assert np.hypot(away[..., 0], away[..., 1]).min(axis=1).max() < 0.7
 
 
 def test_what_is_small_stays_whole_and_all_does_while_the_head_is_not_known() -> None:
-    small, large = wall(AHEAD, 0.8 * LARGEST_M, 80.0), wall(AHEAD, 4.0 * LARGEST_M, 80.0)
+    small, large = wall(AHEAD, 0.8 * LARGEST_M, 80.0), wall(AHEAD, 1.5 * LARGEST_M, 80.0)
     assert len(cut([small], AHEAD)[1]) == 1
     assert len(cut([large], AHEAD)[1]) > 4
     assert len(cut([large], None)[1]) == 1
@@ -114,7 +114,7 @@ def test_what_is_small_stays_whole_and_all_does_while_the_head_is_not_known() ->
 @pytest.mark.parametrize("head", [AHEAD, None])
 def test_what_is_larger_than_a_patch_of_bottom_has_no_onset(head: Pose | None) -> None:
     """A long wall that stands aslant to the beams sets in slowly, and is no clutter."""
-    for half_m, known in ((0.8 * LARGEST_PATCH_M, True), (1.2 * LARGEST_PATCH_M, False)):
+    for half_m, known in ((0.8 * LARGEST_M, True), (1.2 * LARGEST_M, False)):
         _, echoes = cut([wall(AHEAD, half_m, 80.0)], head)
         assert (echoes["onset"] > 0.0).all() == known
         assert (echoes["onset"] == 0.0).all() != known

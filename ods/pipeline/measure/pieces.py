@@ -4,8 +4,6 @@ One circle around a wall reaches as far towards the sonar as the wall does to ei
 are as the sonar moves along, so each of them is an object that rests.
 """
 
-import math
-
 import numpy as np
 
 from ods.base.arrays import Image, Ints, Mask
@@ -18,11 +16,11 @@ from ods.pipeline.image.samples.recorded import Recorded
 from ods.pipeline.measure.echoes import EchoTable, measure_echoes
 from ods.pose.buffer import PoseEstimate
 
-LARGEST_M = 3.0
-"""Radius from which on a region is cut. Squares have the sides of one in a circle as large."""
-LARGEST_PATCH_M = 8.0
-"""Highlights of the bottom are smaller: a larger echo is of a wall or the like, whose rise depends on its angle to the
-beams, so that its onset shows nothing."""
+LARGEST_M = 8.0
+"""Radius from which on a region is cut: highlights of the bottom, and what moves, are smaller. The echo of a wall rises
+as steeply as the wall faces the beams, so that its onset shows nothing."""
+SIDE_M = 4.2
+"""Of the squares: a piece has a circle of at most 3 m."""
 
 
 def measure_pieces(
@@ -33,11 +31,11 @@ def measure_pieces(
     head: the sonar's; None: not known, then nothing is cut. Raises NotANumberError.
     """
     echoes = measure_echoes(image, regions, recorded, fan)
-    large, wide = echoes["radius_m"] > LARGEST_M, echoes["radius_m"] > LARGEST_PATCH_M
+    large = echoes["radius_m"] > LARGEST_M
     if head is not None and large.any():
         regions, whole = _cut(regions, large, fan, head)
-        echoes, wide = measure_echoes(image, regions, recorded, fan), wide[whole]
-    echoes["onset"][wide] = 0.0
+        echoes, large = measure_echoes(image, regions, recorded, fan), large[whole]
+    echoes["onset"][large] = 0.0
     return regions, echoes
 
 
@@ -46,8 +44,7 @@ def _cut(regions: Regions, large: Mask, fan: Fan, head: Pose | PoseEstimate) -> 
     room = int((regions.runs["stop"] - regions.runs["first"]).sum())
     runs, whole = np.empty(room, RUN), np.empty(room, np.int64)
     seen_from = np.array(head.position_ned, np.float64), rotation_matrix(np.array(head.attitude, np.float64))
-    side_m = math.sqrt(2.0) * LARGEST_M
-    runs = runs[: native.cut_regions(regions.runs, large, fan.table, *seen_from, side_m, runs, whole)]
+    runs = runs[: native.cut_regions(regions.runs, large, fan.table, *seen_from, SIDE_M, runs, whole)]
     whole = whole[: runs["region"][-1]]
     faint = None if regions.faint is None else regions.faint[whole]
     return regions._replace(runs=runs, total=len(whole), faint=faint), whole
