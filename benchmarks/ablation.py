@@ -116,6 +116,10 @@ def _no_pairs(*_: object) -> tuple[Indices, Indices]:
     return np.zeros(0, np.intp), np.zeros(0, np.intp)
 
 
+def _unlimited(echoes: Echoes, *_: object) -> Echoes:
+    return echoes
+
+
 def _even(clutter: Clutter, echoes: Echoes, sector: Sector) -> ClutterDensity:
     """Return a density that is the same in all parts of the fan and of all radii."""
     area = 0.5 * (sector.bearing_max_rad - sector.bearing_min_rad) * (sector.range_max_m**2 - sector.range_min_m**2)
@@ -136,7 +140,7 @@ MECHANISMS = {
     "scans of a sonar at rest": Mechanism((partial(patch.object, evidence, "WEIGHT_AT_REST", 1.0),)),
     "learned share": Mechanism((_model(many=1.0, share_tracks=1e9),)),
     "clutter by place and radius": Mechanism((partial(patch.object, Clutter, "density", _even),)),
-    "limits of cut-off echoes": Mechanism((partial(patch.object, match, "limit_information", lambda echoes, *_: echoes),)),
+    "limits of cut-off echoes": Mechanism((partial(patch.object, match, "limit_information", _unlimited),)),
     "stitching": Mechanism((partial(patch.object, stitching, "stitch", _no_pairs),)),
     "births at start": Mechanism((partial(patch.object, tracker, "FIRST_SCANS", 0),)),
     "bottom": Mechanism(settings={"bottom": {"list": "all"}}),

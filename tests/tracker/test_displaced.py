@@ -29,6 +29,7 @@ class Rig:
         self.places = places
         self.number, self.north, self.speed = 0, 0.0, 1.0
         self.pitch, self.usable, self.moving = 0.0, True, False
+        self.radius_m = 1.0
 
     def sail(self, seconds: float, sees: Callable[[Rows], Rows] = list) -> list[float]:
         """Return the times, since the call, of the pings with which something is reported."""
@@ -45,7 +46,7 @@ class Rig:
         self.number += 1
         self.north += self.speed / RATE_HZ
         polar = [(math.hypot(n - self.north, e), math.atan2(e, n - self.north)) for n, e in self.places]
-        rows = [(r, b, 1.0) for r, b in sees(polar) if r < RANGE_MAX_M and abs(b) < HALF_FOV]
+        rows = [(r, b, self.radius_m) for r, b in sees(polar) if r < RANGE_MAX_M and abs(b) < HALF_FOV]
         attitude = quat_from_euler(0.0, self.pitch, 0.0)
         vehicle = vehicle_at(np.array([self.north, 0.0, 4.0]), attitude, NO_SIGMA, NO_SIGMA)
         scan = Scan(round(t_s * 1e9), round(t_s * 1e9), vehicle, SECTOR, echoes(rows), self.usable)
@@ -93,6 +94,14 @@ def test_objects_that_are_elsewhere_at_once_are_reported_by_two_pings_with_the_c
     assert len(reported) == pytest.approx((HELD_S - reported[0]) * RATE_HZ, abs=2)  # without a gap
     (reason,) = rig.displaced.reasons()
     assert f"5 objects are seen elsewhere at once: {change}" in reason
+
+
+def test_pieces_that_are_seen_as_one_large_echo_have_not_vanished() -> None:
+    """A wall in view becomes short enough to be one echo."""
+    rig = Rig()
+    rig.sail(FAULT_S)
+    rig.radius_m = 30.0
+    assert rig.sail(LONGEST_S / 2.0, lambda rows: [(float(np.mean([r for r, _ in rows])), 0.0)]) == []
 
 
 @pytest.mark.parametrize("sees", [mirrored, shifted_by_five_metres, ten_percent_longer])

@@ -95,11 +95,11 @@ class _Object:
         """Return whether it was steady, and the later pings did not see it."""
         return self.was_steady and sum(islice(reversed(self.hits), PINGS)) <= GONE
 
-    def take_in(self, look: _Observation, vehicle: Vehicle) -> None:
-        """Take in what a ping showed of it."""
+    def take_in(self, look: _Observation, vehicle: Vehicle, *, covered: bool) -> None:
+        """Take in what a ping showed of it; covered: an echo, such as of a whole wall, has its place."""
         hit = look.times_seen > self.look.times_seen
         self.place = _Place(look.position, vehicle if hit else self.place.head)
-        if hit or look.unseen_s == self.look.unseen_s:
+        if hit or (look.unseen_s == self.look.unseen_s and not covered):
             self.hits.append(hit)
             self.places.append(self.place)
         self.look = look
@@ -215,7 +215,7 @@ class DisplacedObjects:
             number: _Observation(*rest) for number, *rest in zip(*(each.tolist() for each in columns), strict=True)
         }
         for number, each in list(self._objects.items()):
-            each.take_in(listed.get(number, each.look), vehicle)
+            each.take_in(listed.get(number, each.look), vehicle, covered=_is_covered(each.place, scan, vehicle))
             if not _should_be_seen(each.place, scan, vehicle):
                 del self._objects[number]
         usable = (snapshot.state == ACTIVE) & (snapshot.static >= REST)
@@ -291,6 +291,13 @@ def _different(agree: Mask, rows: Ints) -> Ints:
     own = (rows[:, None] == np.unique(rows)).astype(np.float32)
     counts: Ints = np.count_nonzero(agree.astype(np.float32) @ own, axis=1)
     return counts
+
+
+def _is_covered(place: _Place, scan: Scan, vehicle: Vehicle) -> bool:
+    """Return whether a place lies in the circle of an echo, as that of a piece of a wall in that of the whole."""
+    (range_m, bearing), echoes = _polar(place, vehicle), scan.echoes.rows
+    away = range_m * np.exp(1j * (bearing - echoes.bearing)) - echoes.range_m
+    return bool((np.abs(away) < echoes.radius).any())
 
 
 def _should_be_seen(place: _Place, scan: Scan, vehicle: Vehicle) -> bool:
