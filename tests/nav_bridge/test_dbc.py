@@ -574,7 +574,7 @@ def dbc_of(**changes: object) -> DbcSettings:
     [
         (
             {"u": "FAST.HEADING"},
-            "nav.dbc.signals.u: the DBC's unit 'deg' is not a known unit of speed, such as m/s; give unit or ",
+            "nav.dbc.signals.u: the DBC's unit 'deg' is not a known unit of speed, such as m/s; set unit or ",
         ),
         ({"u": "REST.STRANGE"}, "nav.dbc.signals.u: the DBC's unit 'furlong'"),
         ({"yaw": "REST.BARE"}, "nav.dbc.signals.yaw: the DBC's unit ''"),
@@ -670,7 +670,7 @@ def test_numbers_that_no_signal_has_are_refused(changes: dict[str, object], said
         ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", sine = 1}', "sine: unknown key"),
         ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", sign = 2}', "sign: "),
         ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", factor = -1.0}', "factor: must be positive"),
-        ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", factor = 1.0, unit = "m"}', "factor: give"),
+        ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", factor = 1.0, unit = "m"}', "factor: set"),
     ],
 )
 def test_wrong_keys_are_found_when_the_file_is_read(tmp_path: Path, old: str, new: str, said: str) -> None:

@@ -163,7 +163,7 @@ def test_rmc_without_a_course_under_way_gives_no_pose_and_says_why() -> None:
     rmc = summed("GPRMC,120000.00,A,5703.000,N,00030.000,W,2.92,,220926,,,A")
     for line in (rmc, ins.gga(0), ins.pashr(0)):
         assert source.take(Line(line, 0)) is None
-    assert "RMC: says since it first came that it is not valid (no velocity)" in source.problems(NS)
+    assert "RMC: has been flagged as not valid since it first came (no velocity)" in source.problems(NS)
 
 
 def quality_of(quality: int) -> bytes:
@@ -184,7 +184,7 @@ def test_places_that_are_no_fix_are_used_as_the_settings_say(quality: int, caplo
     refused, counters, problems = pose_of({})
     assert refused is None
     assert counters["nmea_not_valid"] == 1
-    expected = f"GGA: says since it first came that it is not valid (it is {kind}, which nav.nmea.accept excludes)"
+    expected = f"GGA: has been flagged as not valid since it first came (it is {kind}, which nav.nmea.accept excludes)"
     assert expected in problems
     plain, _, _ = pose_of({kind: 0.0})
     wider, counters, _ = pose_of({kind: 7.0})
@@ -493,7 +493,7 @@ def test_what_is_old_not_valid_or_missing_is_said_by_name() -> None:
     source.take(Line(ins.gga(NS), NS))
     assert source.take(Line(ins.pashr(NS), NS)) is None
     assert source.problems(NS) == [
-        "no pose for 1.0 s", "BS: says for 1.0 s that it is not valid (no bottom track)"
+        "no pose for 1.0 s", "BS: has been flagged as not valid for 1.0 s (no bottom track)"
     ]  # fmt: skip
     source.take(Line(ins.bs(), NS))
     assert source.take(Line(ins.pashr(NS + MS), NS + MS)) is not None

@@ -180,7 +180,7 @@ def test_any_attitude_as_angles_or_quaternion_turns_the_velocity_as_scipy_does(
         ),
         (PLACES[0], {"down": -150.0}, "height is 150.0 m from the site's origin, nav.limits.height_m is 100"),
         (PLACES[1], {"latitude": 570.0}, "latitude 570, longitude 9.9"),
-        (PLACES[0], {"roll": 12.0}, "roll 12, pitch -0.2, yaw 2.9 is no attitude: angles are taken in rad"),
+        (PLACES[0], {"roll": 12.0}, "roll 12, pitch -0.2, yaw 2.9 is not an attitude: angles must be in rad"),
         (PLACES[0], {"v": 50.0}, "the speed along a body axis is 50.0 m/s, nav.limits.speed is 30"),
         (PLACES[0], {"u": math.nan}, "u is nan"),
     ],

@@ -18,7 +18,7 @@ from ods.sim_sonar.scene.timeline import Scene
 
 TOLD = {
     "pulses each 0.1 s, 1000 counts": "another sonar's pulses",
-    "continuous source, 1000 counts, from 0.0 s": "another source sounds without end",
+    "continuous source, 1000 counts, from 0.0 s": "a continuous source is received",
     "9 beams saturated": "saturated",
     "a second way, open water": "",
 }

@@ -21,7 +21,7 @@ BAD = make_ping(np.ones((32, 500), np.uint16), dr_m=-1.0)
 
 def test_file_has_the_documented_layout(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     results = list(detect_pings([ping(100), BAD, ping(300)], PipelineSettings(), masks=True))
-    assert "left out ping 1 of the file: dr_m" in caplog.text
+    assert "skipped ping 1 of the file: dr_m" in caplog.text
     assert [result.place for result in results] == [0, 2]
     file = tmp_path / "det.out"  # whatever its name ends in
     save_npz(file, results)

@@ -165,7 +165,7 @@ def test_an_attitude_that_goes_to_and_fro_is_of_two_inss(degrees: float, every: 
     other = [msgspec.structs.replace(p, attitude=turned) if i // (every // 2) % 2 else p for i, p in enumerate(poses)]
     sense, jumps = received(other)
     assert not jumps
-    assert any("to and fro" in reason for reason in sense.reasons(other[-1].t_ns)) == says
+    assert any("back and forth" in reason for reason in sense.reasons(other[-1].t_ns)) == says
     for each in course(110, begin_ns=3 * NS):
         sense.receive(each)
     assert sense.reasons(3 * NS + 110 * STEP_NS) == []

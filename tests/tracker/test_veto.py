@@ -53,7 +53,7 @@ def test_an_obstacle_is_ignored_until_the_veto_expires_and_others_are_not() -> N
         "anna", "a buoy of ours", 60 * NS, 60 * NS + 5,
     )  # fmt: skip
     assert ignored(vetoes, *present, at_s=60.0) == []
-    assert vetoes.ended == ["veto 0 of obstacle 7, by anna, is over: it expired"]
+    assert vetoes.ended == ["veto 0 of obstacle 7, by anna, has ended: it expired"]
 
 
 @pytest.mark.parametrize(
