@@ -191,7 +191,7 @@ def test_doctor_says_what_is_lost_or_unusable_of_what_comes(ends: tuple[str, Wri
     assert reported[0]["navigation by nmea"].level == "note"
     assert re.search(r" deg: (2[5-9]|3\d|4[0-5])% of the INS's data is lost$", reported[0]["navigation by nmea"].text)
     assert reported[1]["NMEA GGA"].level == "wrong"
-    assert "Hz, without checksum, and is dropped" in reported[1]["NMEA GGA"].text
+    assert "Hz, without checksum, and dropped" in reported[1]["NMEA GGA"].text
     assert reported[1]["NMEA PASHR"].level == "good"
     assert "GGA (place) comes without checksum" in reported[1]["navigation by nmea"].text
 

@@ -196,7 +196,7 @@ async def test_a_scene_that_cannot_be_is_reported_over_the_image(session: Sessio
         await until(lambda: layer(user, "scene"))
         session.do(do.SetScene("sea_bed.depth_m", 2.0))
         (fan,) = user.find(kind=FanView).elements
-        await until(lambda: "under the sea-bed" in fan._props.get("busy", ""))
+        await until(lambda: "below the sea-bed" in fan._props.get("busy", ""))
         session.undo()
         await until(lambda: fan._props.get("busy") == "")
 
